@@ -133,13 +133,18 @@ class Door(PortBase, ABC):
         if self._out_has_pace:
             self._outgoing.baud = baud
 
+    @property
+    def incoming(self) -> Transmitter:
+        """The client's end of the wire."""
+        return self._incoming
+
     def tell_lines(self, lines: ModemLines) -> bool:  # noqa: ARG002 - a door of RFC 2217 alone can
         """Tell the client of the levels of CTS, DSR, RI and carrier behind the door; return whether it can be."""
         return False
 
     def set_frame(self, baud: int, bits_per_byte: int) -> None:
         """Let bytes from the client take so many bits each at a rate in bit/s, from the next on."""
-        self._incoming.bits_per_byte = bits_per_byte
+        self._incoming.set_frame(baud, bits_per_byte)
         self.baud = baud
 
     def write(self, data: bytes) -> None:

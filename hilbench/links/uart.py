@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -72,10 +73,11 @@ class Transmitter:
             every write costs a system call; 0 lets out every byte by itself.
         injector: Decides what becomes of each byte.
         at_start: Let each byte out, and tell of each break, when it begins: for a receiver that does the rest of the
-            waiting.
+            waiting. Those of a group come with the first of them, each to begin when the one before it ends.
 
     Attributes:
-        bits_per_byte: Bit times from the start bit to the end of the last stop bit; a change holds with the next rate.
+        bits_per_byte: Bit times from the start bit to the end of the last stop bit.
+        recall: Takes back what of a group has not begun, given its size, and returns how many bytes that is; never all.
     """
 
     def __init__(
@@ -102,6 +104,7 @@ class Transmitter:
         self._group_ns = group_ns
         self._injector = injector
         self._at_start = at_start
+        self.recall: Callable[[int], int] = lambda _count: 0
         self._queue: deque[int | _Gap] = deque()
         self._bulk = bytearray()  # instead of the queue, where bytes need not be looked at one by one
         self._shifting = 0  # items at the head of either that are on the line
@@ -118,11 +121,22 @@ class Transmitter:
 
     @baud.setter
     def baud(self, baud: int) -> None:
+        self._take_back()
         self._single_out()
         self._baud = baud
         self._domain = ClockDomain(baud) if baud else None
         self._new_epoch = True
-        self._group = max(1, self._group_ns // max(1, self.byte_ns)) if baud and self._injector is None else 1
+        self.group_ns = self._group_ns
+
+    @property
+    def group_ns(self) -> int:
+        """See the class; a change holds from the next byte on."""
+        return self._group_ns
+
+    @group_ns.setter
+    def group_ns(self, group_ns: int) -> None:
+        self._group_ns = group_ns
+        self._group = max(1, group_ns // max(1, self.byte_ns)) if self._domain and self._injector is None else 1
 
     @property
     def byte_ns(self) -> int:
@@ -158,6 +172,7 @@ class Transmitter:
 
     def clear(self) -> int:
         """Forget everything that is not out yet; return how many bytes that were."""
+        self._take_back()
         lost = sum(1 for item in self._queue if isinstance(item, int)) + len(self._bulk)
         self._queue.clear()
         self._bulk.clear()
@@ -168,9 +183,10 @@ class Transmitter:
     def withdraw(self, keep: int) -> int:
         """Forget what waits but for the next `keep` bytes and those on the line; return how many bytes that were.
 
-        Of bytes that are let out together, only the first counts as being on the line.
+        Of bytes that are let out together, only the first counts as being on the line; or those that have begun.
         """
-        keep = max(keep, self._judged, min(self._shifting, 1))
+        self._take_back()
+        keep = max(keep, self._judged, self._shifting if self._at_start else min(self._shifting, 1))
         withdrawn = len(self._bulk[keep:])
         del self._bulk[keep:]
         while len(self._queue) > keep:
@@ -178,12 +194,30 @@ class Transmitter:
         self._shifting = min(self._shifting, keep)
         return withdrawn
 
+    def set_frame(self, baud: int, bits_per_byte: int) -> None:
+        """Let bytes take so many bits each at a rate in bit/s, from the next on."""
+        self._take_back()
+        self.bits_per_byte = bits_per_byte
+        self.baud = baud
+
+    def _take_back(self) -> None:
+        """Forget what is out of a group that was let out with its first byte, and have wait what has not begun."""
+        if not self._at_start or self._shifting < 2:
+            return
+        waiting = self.recall(self._shifting)
+        for _ in range(self._shifting - waiting - 1):
+            self._queue.popleft()
+        self._shifting = 1
+        if waiting:
+            assert self._domain is not None
+            self._bytes_since_epoch -= waiting
+            self._generation += 1
+            self._book_end(self._epoch_ns + self._domain.ns(self._bytes_since_epoch * self.bits_per_byte))
+
     def _start_bulk(self) -> None:
         """Let all that waits be out in the next entry."""
         self._shifting = len(self._bulk)
-        generation = self._generation
-        now_ns = self._timeline.now_ns
-        self._timeline.at(now_ns, lambda: self._end(generation), order=EventClass.BYTE, source=self._source)
+        self._book_end(self._timeline.now_ns)
 
     def _end_bulk(self) -> None:
         out = bytes(self._bulk[: self._shifting])
@@ -228,13 +262,16 @@ class Transmitter:
             end_ns = now_ns
             if self._domain is not None:
                 end_ns = self._epoch_ns + self._domain.ns(self._bytes_since_epoch * self.bits_per_byte)
+        self._book_end(end_ns)
+        if self._at_start:
+            self._let_out(list(itertools.islice(self._queue, self._shifting)), now_ns)
+
+    def _book_end(self, end_ns: int) -> None:
         generation = self._generation
         self._timeline.at(end_ns, lambda: self._end(generation), order=EventClass.BYTE, source=self._source)
-        if self._at_start:
-            self._let_out([head], now_ns)
 
     def _bytes_to_shift(self) -> int:
-        if self._at_start or self._injector is not None or (self._domain is not None and self._group == 1):
+        if self._injector is not None or (self._domain is not None and self._group == 1):
             return 1
         limit = len(self._queue) if self._domain is None else self._group
         count = 0

@@ -30,7 +30,7 @@ from targets.mcu.image import Image
 from targets.mcu.nets import Nets
 from targets.mcu.pins import Pin
 from targets.mcu.registers import Peripheral, Register
-from targets.mcu.serial_line import SerialFrame
+from targets.mcu.serial_line import SerialFrame, Words
 
 __all__ = ["EmulatedBench", "End", "MachineFactory", "make_machine"]
 
@@ -417,15 +417,18 @@ class EmulatedBench:
         waveforms = self._waveforms
         if waveforms is not None:
             waveforms.declare(full, ["tx", "rx"], initial=True)
+            port.each_frame = True
             port.frame_taps.append(partial(waveforms.frame, full, "tx"))
 
-        def take(frame: SerialFrame) -> None:
-            data, now_ns = bytes((port.line_format.value(frame.bits) & 0xFF,)), port.chip_time.now_ns
+        def take(words: Words) -> None:
+            form, now_ns = port.line_format, port.chip_time.now_ns
+            data = bytes(form.value(bits) & 0xFF for bits in words.bits)
             heard.add(data, now_ns)
             for tap in port.heard_taps:
                 self._group.output(now_ns, partial(tap, data, now_ns), source=full, reacts=False)
             if waveforms is not None:
-                waveforms.frame(full, "rx", frame)
+                for frame in words.frames():
+                    waveforms.frame(full, "rx", frame)
 
         port.on_heard = take
 

@@ -15,7 +15,7 @@ from targets.mcu.fidelity import Notes
 from targets.mcu.i2c_bus import I2cBus
 from targets.mcu.pins import Pins
 from targets.mcu.registers import Peripheral
-from targets.mcu.serial_line import SerialFormat, SerialFrame
+from targets.mcu.serial_line import SerialFormat, SerialFrame, Words
 from targets.mcu.signals import Signals
 
 __all__ = ["Ending", "I2c", "Machine", "Usart"]
@@ -27,13 +27,29 @@ class Usart(Protocol):
     Attributes:
         on_frame: called with each frame that it sends, when its start bit begins.
         on_format_change: called when `baud_hz` or `format` have changed.
+        keeps_words: have words kept for `take_words` instead, as far as nobody in the chip has to know of them at once.
     """
 
     on_frame: Callable[[SerialFrame], None] | None
     on_format_change: Callable[[], None]
 
+    keeps_words: bool
+
+    def take_words(self) -> list[Words]:
+        """Return the words that were sent and kept since this was called last."""
+
     def receive(self, frame: SerialFrame) -> None:
         """Take a frame from the line, at the first cycle not before its start bit begins."""
+
+    def expect(self, words: Words) -> None:
+        """Take frames from the line as each begins, behind those that are expected already."""
+
+    @property
+    def expected(self) -> int:
+        """How many of these have not begun yet."""
+
+    def expect_only(self, count: int) -> None:
+        """Expect no more than the next so many."""
 
     @property
     def baud_hz(self) -> Fraction:

@@ -3,7 +3,9 @@
 What is written here stands on the USART's RX line frame by frame, at the rate of this end; what the USART sends is read
 as a receiver at this end would read it. An end without a rate of its own follows that of the USART, and its format too.
 
-In real time, where nobody here answers at once, bytes that end within `REAL_TIME_GROUP_NS` are reported together.
+In real time, where nobody here answers at once, bytes that end within `REAL_TIME_GROUP_NS` are reported together, and
+words come from the chip when a run of it ends. Bytes go to the chip by the block, too, at most `AHEAD_NS` of them; what
+has not begun is taken back when anything changes.
 """
 
 from __future__ import annotations
@@ -15,15 +17,18 @@ from functools import partial
 from typing import NamedTuple
 
 from hilbench.bench import Bench
-from hilbench.clock import NS_PER_S
+from hilbench.clock import NS_PER_MS, NS_PER_S
 from hilbench.links.memory import REAL_TIME_GROUP_NS
 from hilbench.links.port import Line, PortBase, Refused, raise_it
 from hilbench.links.uart import Transmitter
 from hilbench.mcu.group import ChipTime, MachineGroup
 from hilbench.mcu.seams import Machine, Usart
-from targets.mcu.serial_line import LineReceiver, SerialFormat, SerialFrame
+from targets.mcu.serial_line import LineReceiver, SerialFormat, SerialFrame, Words
 
-__all__ = ["UsartPort"]
+__all__ = ["AHEAD_NS", "UsartPort"]
+
+AHEAD_NS = NS_PER_MS
+"""How long a block of bytes for the chip lasts (choice: as long as the chip runs at once)."""
 
 UNSET_BAUD = 115_200
 """What an end that follows a USART sends with while the firmware has set no rate; the USART is deaf then (choice)."""
@@ -62,11 +67,14 @@ class UsartPort(PortBase):
     Attributes:
         reacts: whether anybody here may answer at once to what the USART sends, so that the chip waits for that.
         on_follow: called when the USART's rate or format have changed, or this end's rate.
-        on_heard: called with each frame that is put on the RX line.
-        frame_taps: called with each frame that the USART sends, when its start bit begins.
+        each_frame: whether somebody has to know of each frame when it begins.
+        on_heard: called with the frames that are put on the RX line, when the first begins.
+        frame_taps: called with each frame that the USART sends, when its start bit begins; in real time, unless
+            `each_frame` is set, with the last of several alone.
         taps: called with the bytes that this end reads and the bench time of them, before `on_receive`: with each byte,
             but for a bench in real time.
-        heard_taps: called with each byte that is put on the RX line, and the bench time at which it begins.
+        heard_taps: called with each byte that is put on the RX line, in real time with several, and the bench time at
+            which the first begins.
         joined: the far ends that are USARTs themselves; see `join`.
         chip_time: the time of the chip.
     """
@@ -86,7 +94,8 @@ class UsartPort(PortBase):
         self.line_is_up = True
         self.reacts = True
         self.on_follow: Callable[[], None] = lambda: None
-        self.on_heard: Callable[[SerialFrame], None] = lambda _frame: None
+        self.each_frame = False
+        self.on_heard: Callable[[Words], None] = lambda _words: None
         self.frame_taps: list[Callable[[SerialFrame], None]] = []
         self.taps: list[Callable[[bytes, int], None]] = []
         self.heard_taps: list[Callable[[bytes, int], None]] = []
@@ -103,12 +112,14 @@ class UsartPort(PortBase):
         self.chip_time = ChipTime(bench, machine)
         self._breaks: deque[int] = deque()
         self._together: list[_Byte] = []  # read by this end, in real time, and not reported yet
-        group.after_round.append(self._tell_together)
+        group.after_round.append(self._end_round)
         self._baud = baud or _usual(usart.baud_hz)
         self._bit_s = Fraction(1, self._baud)
         self._transmitter = Transmitter(
             self.chip_time, name, Line(baud=self._baud), self.begin, on_break=self._begin_break, at_start=True
         )
+        self._senders: list[Transmitter] = []
+        self.add_sender(self._transmitter)
         usart.on_frame = self._sent
         usart.on_format_change = self._follow
 
@@ -142,8 +153,7 @@ class UsartPort(PortBase):
     def _follow(self) -> None:
         self._baud = self._own_baud or _usual(self._usart.baud_hz)
         self._bit_s = Fraction(1, self._baud)
-        self._transmitter.bits_per_byte = self.bits_per_byte
-        self._transmitter.baud = self._baud
+        self._transmitter.set_frame(self._baud, self.bits_per_byte)
         self._receiver = self._judged_bit_s = None
         self.on_follow()
 
@@ -164,8 +174,31 @@ class UsartPort(PortBase):
         self.counters.withdrawn += self._transmitter.withdraw(keep)
 
     def begin(self, data: bytes, at_ns: int) -> None:
-        """Put one byte on the RX line whose start bit begins at `at_ns`, now in the time of the chip."""
-        self._hear(self.line_format.frame(data[0], Fraction(at_ns, NS_PER_S), self._bit_s))
+        """Put bytes on the RX line, the first of which begins at `at_ns`, now in the time of the chip."""
+        form = self.line_format
+        if len(data) == 1:
+            self._hear(form.frame(data[0], Fraction(at_ns, NS_PER_S), self._bit_s))
+            return
+        frame_bits_ns = self.bits_per_byte * NS_PER_S
+        starts_ns = [at_ns + number * frame_bits_ns // self._baud for number in range(len(data))]
+        bits = [form.word(value) for value in data]
+        words = Words(starts_ns, bits, self._bit_s, form.word_bits, form.stop_half_bits)
+        self.on_heard(words)
+        self._machine.forget_resets()
+        self._usart.expect(words)
+
+    def add_sender(self, sender: Transmitter) -> None:
+        """Have `begin` called by a transmitter in the time of the chip, in real time by the block."""
+        sender.recall = self._recall
+        sender.group_ns = AHEAD_NS if self._usart.keeps_words else 0
+        self._senders.append(sender)
+
+    def _recall(self, count: int) -> int:
+        """Take back what of a block of so many bytes has not begun, but for the first: that one begins now."""
+        waiting = self._usart.expected
+        first = waiting == count
+        self._usart.expect_only(first)
+        return waiting - first
 
     def send_break(self, duration_ns: int, _refused: Refused = raise_it) -> None:
         """Hold the RX line low for `duration_ns`, after the bytes written so far."""
@@ -199,18 +232,40 @@ class UsartPort(PortBase):
         self._hear(SerialFrame(start_s=Fraction(at_ns, NS_PER_S), bit_s=bit_s, bits=0, bit_count=bits))
 
     def _hear(self, frame: SerialFrame) -> None:
-        self.on_heard(frame)
+        self.on_heard(Words([frame.start_ns], [frame.bits], frame.bit_s, frame.bit_count, frame.stop_half_bits))
         self._machine.forget_resets()
         self._usart.receive(frame)
 
     # --- from the USART
 
+    def _end_round(self, reached_ns: int) -> None:
+        self._take_kept()
+        self._tell_together(reached_ns)
+        keeps = self._bench.scheduler.locked and not (self.reacts or self.each_frame or self.joined)
+        if keeps is not self._usart.keeps_words:
+            self._usart.keeps_words = keeps
+            for sender in self._senders:
+                sender.group_ns = AHEAD_NS if keeps else 0
+
+    def _take_kept(self) -> None:
+        """Read what the chip has kept."""
+        for words in self._usart.take_words():
+            if self._receiver is not None or not self._fits(words.bit_s, words.bit_count):
+                for frame in words.frames():
+                    self._misread(frame)
+                continue
+            for tap in self.frame_taps:
+                tap(words.frame(-1))
+            for start_ns, bits in zip(words.starts_ns, words.bits, strict=True):
+                self._collect(start_ns, start_ns + words.frame_ns, bits)
+
     def _sent(self, frame: SerialFrame) -> None:
+        self._take_kept()
         for tap in self.frame_taps:
             tap(frame)
         for port in self.joined:
             port.hear(frame)
-        if not frame.is_break and self._receiver is None and self._fits(frame):
+        if not frame.is_break and self._receiver is None and self._fits(frame.bit_s, frame.bit_count):
             self._read(frame)
             return
         self._tell_together(frame.start_ns)
@@ -221,16 +276,25 @@ class UsartPort(PortBase):
 
     def _read(self, frame: SerialFrame) -> None:
         """Read a frame as it was meant."""
-        form, bits, end_ns = self.line_format, frame.bits, frame.end_ns
-        value, wrong = form.value(bits) & 0xFF, form.parity_wrong(bits)
         if self.reacts or not self._bench.scheduler.locked:
             self._tell_together(frame.start_ns)
-            self._output(end_ns, partial(self._take, _BYTES[value], wrong))
+            value, wrong = self._judged(frame.bits)
+            self._output(frame.end_ns, partial(self._take, _BYTES[value], wrong))
             return
-        ends = self._group.breathe(frame.start_ns)
-        if ends or (self._together and end_ns - self._together[0].start_ns > REAL_TIME_GROUP_NS):
+        if self._group.breathe(frame.start_ns):
             self._tell_together(frame.start_ns)
-        self._together.append(_Byte(frame.start_ns, end_ns, value, wrong))
+        self._collect(frame.start_ns, frame.end_ns, frame.bits)
+
+    def _judged(self, bits: int) -> tuple[int, bool]:
+        """Return a byte, and whether its parity is wrong."""
+        form = self.line_format
+        return form.value(bits) & 0xFF, form.parity_wrong(bits)
+
+    def _collect(self, start_ns: int, end_ns: int, bits: int) -> None:
+        """Take a byte that is reported together with those beside it."""
+        if self._together and end_ns - self._together[0].start_ns > REAL_TIME_GROUP_NS:
+            self._tell_together(start_ns)
+        self._together.append(_Byte(start_ns, end_ns, *self._judged(bits)))
 
     def _tell_together(self, reached_ns: int) -> None:
         """Tell of all that was complete by `reached_ns`."""
@@ -241,14 +305,14 @@ class UsartPort(PortBase):
             wrong = sum(byte.wrong for byte in complete)
             self._output(complete[-1].end_ns, partial(self._take, data, wrong))
 
-    def _fits(self, frame: SerialFrame) -> bool:
+    def _fits(self, bit_s: Fraction, bit_count: int) -> bool:
         """Say whether this end reads a frame as it was meant."""
         if not self._own_baud:
             return True
-        if frame.bit_s is not self._judged_bit_s:
-            self._judged_bit_s = frame.bit_s
-            self._is_near = abs(frame.bit_s * self._own_baud - 1) <= _NEAR
-        return self._is_near and frame.bit_count == self._own_format.word_bits
+        if bit_s is not self._judged_bit_s:
+            self._judged_bit_s = bit_s
+            self._is_near = abs(bit_s * self._own_baud - 1) <= _NEAR
+        return self._is_near and bit_count == self._own_format.word_bits
 
     def _misread(self, frame: SerialFrame) -> None:
         """Read a frame of another rate or format, bit by bit."""

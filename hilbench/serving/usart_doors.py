@@ -120,6 +120,7 @@ def connect(
     port.on_break = _BreakOut(emulated, name, outside, say)
     outside.on_line = lambda up, _at_ns: say(_now(emulated, name, f"a client {'came' if up else 'left'}"))
     for door in doors:
+        port.add_sender(door.incoming)
         door.on_garbled = partial(_garbled, emulated, name, door, say)
         door.on_visit = partial(_visited, emulated, name, door, say)
 

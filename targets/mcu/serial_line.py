@@ -116,6 +116,26 @@ class Words(NamedTuple):
     bit_count: int
     stop_half_bits: int = 2
 
+    @property
+    def frame_ns(self) -> int:
+        """How long a frame lasts, in nanoseconds, rounded down."""
+        half_bits = 2 * (1 + self.bit_count) + self.stop_half_bits
+        return self.bit_s.numerator * half_bits * _NS_PER_S // (2 * self.bit_s.denominator)
+
+    def frame(self, index: int) -> SerialFrame:
+        """Return one of them."""
+        return SerialFrame(
+            start_s=Fraction(self.starts_ns[index], _NS_PER_S),
+            bit_s=self.bit_s,
+            bits=self.bits[index],
+            bit_count=self.bit_count,
+            stop_half_bits=self.stop_half_bits,
+        )
+
+    def frames(self) -> list[SerialFrame]:
+        """Return all of them."""
+        return [self.frame(index) for index in range(len(self.bits))]
+
 
 @lru_cache(maxsize=1024)
 def edge_bits(bits: int, bit_count: int) -> tuple[tuple[int, bool], ...]:
