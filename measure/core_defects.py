@@ -25,8 +25,16 @@ from targets.mcu.core import build, library, sources
 
 ROOT = Path(__file__).parent.parent
 EXCEPTIONS = "tests/targets/mcu/cortexm"
-# What tests a peripheral in C, besides its self-test on a board, by the beginning of its files' names.
-PERIPHERALS = {"usart": "tests/targets/mcu/stm32f1/usart", "dma": "tests/targets/mcu/stm32f1/dma"}
+STM32 = "tests/targets/mcu/stm32"
+# What tests a peripheral in C, by the beginning of its files' names: self-tests on a board, and files.
+PERIPHERALS = {
+    "usart": ("usart", [f"{STM32}f1/usart"]),
+    "dma": ("dma", [f"{STM32}f1/dma"]),
+    "port": (
+        "gpio or pins",
+        [f"{STM32}f1/test_gpio.py", f"{STM32}/test_gpio_v2.py", f"{STM32}f1/test_gpio_latches.py"],
+    ),
+}
 SELF_TESTS = [f"tests/targets/firmware/test_{name}selftests.py" for name in ("", "f767_")]
 VECTORS = [f"tests/targets/mcu/differential/test_vectors{core}.py" for core in ("", "_m7")]
 SEQUENCES = (("M3", 2), ("M7", 3))  # images of each core
@@ -70,6 +78,10 @@ def _usart_f1(name: str, section: str, old: str, new: str) -> Defect:
 
 def _dma(name: str, section: str, old: str, new: str) -> Defect:
     return Defect(name, f"RM0008 {section}", "dma_f1.c", old, new)
+
+
+def _port(name: str, section: str, old: str, new: str) -> Defect:
+    return Defect(name, f"RM0008 {section}", "port.c", old, new)
 
 
 def _entry(name: str, section: str, old: str, new: str) -> Defect:
@@ -372,6 +384,24 @@ DEFECTS = (
     _dma("widths the wrong way round", "13.4.3", "PSIZE = 8, MSIZE = 10", "PSIZE = 10, MSIZE = 8"),
     _dma("interrupts without their enables", "13.3.6", "flags(dma, n) & registers(dma, n)[CCR]", "flags(dma, n)"),
     _dma("a channel with nothing left goes on", "13.4.4", "r[CCR] & EN && r[CNDTR] && (", "r[CCR] & EN && ("),
+    _port(
+        "BSRR: reset wins",
+        "9.2.5",
+        "(latches & ~(value >> 16)) | (value & LATCHES)",
+        "(latches | (value & LATCHES)) & ~(value >> 16)",
+    ),
+    _port("BRR resets the wrong half", "9.2.6", "latches & ~(value & LATCHES)", "latches & ~(value >> 16)"),
+    _port("an output does not show its latch", "9.2.3", "*levels ^= changed & pins->shown", "*levels ^= 0"),
+    _port("a pin that is not there shows a latch", "9.2.3", "changed & pins->shown", "changed"),
+    _port("edges are not written down", "9.2.4", "(changed & pins->noted && !note(port, latches))", "false"),
+    _port(
+        "edges come late",
+        "9.2.4",
+        "{hil_time_of(port->queue)->now, latches}",
+        "{hil_time_of(port->queue)->now + 1, latches}",
+    ),
+    _port("a pin that somebody looks at is left alone", "9.2.4", "changed & ~pins->alone || ", ""),
+    _port("levels that change by themselves are not asked for", "9.2.3", "what == IDR && port->pins.asked", "false"),
 )
 
 
@@ -414,8 +444,9 @@ def _checks(peripheral: str) -> Iterator[tuple[str, Callable[[], bool]]]:
 
     if peripheral:
         os.environ["HILBENCH_EXHAUSTIVE"] = "1"  # most self-tests are of that tier
-        yield "self-tests", fails("-k", peripheral, *SELF_TESTS)
-        yield "registers and lines", fails(PERIPHERALS[peripheral])
+        self_tests, files = PERIPHERALS[peripheral]
+        yield "self-tests", fails("-k", self_tests, *SELF_TESTS)
+        yield "registers and lines", fails(*files)
         return
     yield "sequences", sequences
     yield "floating point", operands

@@ -239,9 +239,11 @@ class UsartPort(PortBase):
     # --- from the USART
 
     def _end_round(self, reached_ns: int) -> None:
+        if not self._bench.scheduler.locked:
+            return
         self._take_kept()
         self._tell_together(reached_ns)
-        keeps = self._bench.scheduler.locked and not (self.reacts or self.each_frame or self.joined)
+        keeps = not (self.reacts or self.each_frame or self.joined)
         if keeps is not self._usart.keeps_words:
             self._usart.keeps_words = keeps
             for sender in self._senders:

@@ -78,14 +78,14 @@ class Served:
         self.moved = 0
         for port in emulated.ports.values():
             port.reacts = False
-            port.frame_taps.append(self._count)
+            port.taps.append(self._count)
             port.heard_taps.append(self._count)
         emulated._group._step_ns = emulated._group.turn_ns = LOCKED_STEP_NS
         self._scheduler = emulated.bench.scheduler
         self._scheduler.lock(FakeHostClock())
 
-    def _count(self, *_about):
-        self.moved += 1
+    def _count(self, data, _at_ns):
+        self.moved += len(data)
 
     def millisecond(self):
         """Return how many bytes a millisecond has moved, in and out, and its CPU seconds."""

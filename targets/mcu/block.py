@@ -15,6 +15,8 @@ from targets.mcu.timebase import Timebase
 
 __all__ = ["BlockInC", "Kept", "PeripheralInC", "library"]
 
+_NOT_HERE = (1 << 64) - 1
+
 
 class Kept:
     """Registers by their offsets, in memory that C sees too."""
@@ -75,11 +77,11 @@ class BlockInC:
         self._store: Callable[[int, int], bool] = functools.partial(functions.hil_block_store, self.block)
         self._load: Callable[[int], int] = functools.partial(functions.hil_block_load, self.block)
 
-    def load(self, offset: int) -> int:
-        """Read a register as a program does, with its effects."""
+    def load(self, offset: int) -> int | None:
+        """Read a register as a program does, with its effects; None: it is for Python."""
         value = self._load(offset >> 2)
         self._time.raise_kept()
-        return value
+        return None if value == _NOT_HERE else value
 
     def store(self, offset: int, value: int) -> bool:
         """Write one; False: nothing was done, it is for Python."""
@@ -108,7 +110,8 @@ class PeripheralInC(Peripheral):
 
     def read(self, offset: int) -> int:
         """Read a register; see `Peripheral.read`."""
-        return self.in_c.load(offset) if offset in self.registers else super().read(offset)
+        value = self.in_c.load(offset) if offset in self.registers else None
+        return super().read(offset) if value is None else value
 
     def write(self, offset: int, value: int) -> None:
         """Write a register; see `Peripheral.write`."""
@@ -122,6 +125,6 @@ def library() -> Any:
     functions: Any = ctypes.PyDLL("", handle=load()._handle)  # noqa: SLF001
     pointer, word = ctypes.c_void_p, ctypes.c_uint32
     functions.hil_registers_of.argtypes, functions.hil_registers_of.restype = (pointer,), pointer
-    functions.hil_block_load.argtypes, functions.hil_block_load.restype = (pointer, word), word
+    functions.hil_block_load.argtypes, functions.hil_block_load.restype = (pointer, word), ctypes.c_uint64
     functions.hil_block_store.argtypes, functions.hil_block_store.restype = (pointer, word, word), ctypes.c_bool
     return functions

@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Callable, Hashable, Iterable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from targets.mcu.errors import BoardError
@@ -70,7 +69,6 @@ class Edge(NamedTuple):
     level: bool | None
 
 
-@dataclass(slots=True)
 class Bank:
     """What a port reads of its pins, kept up to date by them.
 
@@ -79,14 +77,31 @@ class Bank:
         lazy: pins whose level must be asked for before `word` is right.
     """
 
-    word: int = 0
-    lazy: tuple[Pin, ...] = ()
+    def __init__(self) -> None:
+        self.word = 0
+        self.lazy: tuple[Pin, ...] = ()
 
     def read(self) -> int:
         """Return the word, up to the present cycle."""
         for pin in self.lazy:
             pin.refresh()
         return self.word
+
+    def show(self, mask: int, high: bool) -> None:
+        """Set the bit of a pin."""
+        self.word = self.word | mask if high else self.word & ~mask
+
+    def leave_alone(self, mask: int, *, alone: bool, noted: bool) -> None:
+        """Say whether the latch of a pin may change without the pin being told at once.
+
+        Args:
+            mask: its bit.
+            alone: nobody looks at the pin, and its level follows the latch.
+            noted: its edges are written down, though.
+        """
+
+    def catch_up(self) -> None:
+        """Tell pins of changes of their latches that they do not know of yet."""
 
 
 class Pin:
@@ -270,6 +285,7 @@ class Pin:
     @property
     def latch(self) -> bool:
         """What the output latch of the port holds for the pin, whatever its mode."""
+        self.bank.catch_up()
         return self._latch
 
     def configure(self, mode: PadMode, *, latch: bool, pull: bool | None) -> None:
@@ -278,10 +294,10 @@ class Pin:
         self._mode, self._latch, self._pull = mode, latch, pull
         self._reconfigured()
 
-    def set_latch(self, level: bool) -> None:
-        """Set the output latch."""
+    def set_latch(self, level: bool, cycle: int | None = None) -> None:
+        """Set the output latch, at present or, if nobody looks, at an earlier `cycle`."""
         self._latch = level
-        self.update()
+        self.update(cycle)
 
     def claim(self, owner: str, *, pull: bool | None = None, analog: bool = False) -> None:
         """Take the pad from its port: the debug port or an oscillator has it, until `unclaim`."""
@@ -296,7 +312,8 @@ class Pin:
             self._reconfigured()
 
     def refresh(self) -> None:
-        """Bring level and record up to the present cycle, if a peripheral has not told of each edge."""
+        """Bring level and record up to the present cycle, if port or peripheral has not told of each edge."""
+        self.bank.catch_up()
         if self.outputs and self.alternate:
             for output in self.outputs:
                 if output.refresh is not None:
@@ -318,6 +335,7 @@ class Pin:
             self._sources.pop(key, None)
         else:
             self._sources[key] = source
+        self._leave_alone()
         self.update()
 
     @property
@@ -335,6 +353,7 @@ class Pin:
 
     def join(self, net: Net) -> None:
         """Become an end of `net`; it is told of what this pin contributes from now on."""
+        self.refresh()
         self.nets = (*self.nets, net)
         self.update_watch()
 
@@ -358,6 +377,14 @@ class Pin:
             output.update_watch()
         self.update_laziness()
         self.update_wave()
+        self._leave_alone()
+
+    def _leave_alone(self) -> None:
+        """Say whether the port need not tell of each change of the latch."""
+        watch = self.watch()
+        follows = self._mode is PadMode.PUSH_PULL and self._claim is None and not self._sources
+        alone = follows and watch is not Watch.LIVE
+        self.bank.leave_alone(self.mask, alone=alone, noted=alone and watch is Watch.RECORD)
 
     def update_laziness(self) -> None:
         """Find out anew whether the level must be asked for before it is right."""
@@ -503,7 +530,7 @@ class Pin:
 
     def _input_changed(self) -> None:
         high = self._reads_high = not self._reads_high
-        self.bank.word ^= self.mask
+        self.bank.show(self.mask, high)
         for signal in self._heard_by:
             if signal.on_change is not None:
                 signal.on_change(high)
@@ -532,6 +559,7 @@ class Pins:
             section 5.3.14, standard pins).
         deliver: called with a bench time in ns and an action for it, when a wire brings something from another chip.
             The machine sets it; until then such an action happens at once.
+        banks: the ports of the chip.
         with_outputs: the pins that carry signals of the chip, if they are set to.
         with_edges: the followed pins that had an edge when they had none; see `take_followed`.
     """
@@ -554,6 +582,7 @@ class Pins:
             0.41 * (vdd_volts - 2.0) + 1.3,
         )
         self.deliver: Callable[[int, Callable[[], None]], None] = lambda _ns, action: action()
+        self.banks: list[Bank] = []
         self.with_outputs: dict[Pin, None] = {}
         self.with_edges: list[Pin] = []
         there = None if bonded is None else frozenset(bonded)
@@ -571,6 +600,8 @@ class Pins:
 
         They come in no particular order, but in the same one whenever the same happens.
         """
+        for bank in self.banks:
+            bank.catch_up()
         for pin in self.with_outputs:
             if pin.lazy and pin.following:
                 pin.refresh()

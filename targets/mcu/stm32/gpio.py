@@ -11,11 +11,11 @@ from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
-from targets.mcu.pins import Bank, PadMode, Pin, Pins
-from targets.mcu.registers import Peripheral, Register
+from targets.mcu.pins import PadMode, Pins
+from targets.mcu.registers import Register
 from targets.mcu.services import Services
+from targets.mcu.stm32.gpio_port import GpioPort
 from targets.mcu.stm32.pin_functions import PinFunctions
-from targets.mcu.stm32.port_lock import PortLock
 
 __all__ = ["ANALOG_RESETS", "DEBUG_RESETS", "Gpio", "thresholds"]
 
@@ -47,8 +47,8 @@ def thresholds(vdd_volts: float) -> tuple[float, float]:
     return 0.35 * vdd_volts - 0.04, 0.45 * vdd_volts + 0.3
 
 
-class Gpio(Peripheral):
-    """One port.
+class Gpio(GpioPort):
+    """One port; see `GpioPort`.
 
     Args:
         name: ``GPIOA``.
@@ -83,15 +83,8 @@ class Gpio(Peripheral):
         resets: Mapping[str, Mapping[int, int]] = DEBUG_RESETS,
     ) -> None:
         self._resets = resets.get(name[-1], {})
-        super().__init__(name, base, services)
-        self.bank = Bank()
-        letter = name[-1]
-        self.pins = tuple(pins[f"P{letter}{number}"] for number in range(16) if f"P{letter}{number}" in pins)
-        for number, pin in enumerate(self.pins):
-            pin.bank, pin.mask = self.bank, 1 << number
         self._functions = functions
-        self._lock = PortLock()
-        self.reset()
+        super().__init__(name, base, services, pins, idr=IDR, on_ahb=True)
 
     def registers_of(self) -> Iterable[Register]:
         """Return the registers with the reset values of this port."""
@@ -105,21 +98,6 @@ class Gpio(Peripheral):
             )
             for register in self.REGISTERS
         )
-
-    def reset(self) -> None:
-        """All pins become floating inputs, but for those of the debug port, and the lock is gone."""
-        super().reset()
-        self._lock.reset()
-        for number in range(len(self.pins)):
-            self._configure(number)
-
-    def is_live(self, offset: int) -> bool:
-        """IDR changes without an event while a pin carries a timer's output that nobody watches."""
-        return offset == IDR and bool(self.bank.lazy)
-
-    def changing(self, offset: int) -> int:
-        """Return those pins, for IDR."""
-        return sum(pin.mask for pin in self.bank.lazy) if offset == IDR else 0
 
     # --- configuration
 
@@ -188,44 +166,3 @@ class Gpio(Peripheral):
         if mode == _ALTERNATE:
             return PadMode.AF_OPEN_DRAIN if open_drain else PadMode.AF_PUSH_PULL
         return PadMode.ANALOG if mode == _ANALOG else PadMode.INPUT
-
-    def _check_use(self, pin: Pin) -> None:
-        if pin.claimed_by is not None:
-            self.services.notes.add("misuse", pin.name, f"configured by the program while {pin.claimed_by} has the pin")
-        elif not pin.bonded:
-            self.services.notes.add("misuse", pin.name, "configured by the program, but this package has no such pin")
-
-    # --- levels
-
-    def read_IDR(self) -> int:
-        """Return the level of each pin; analog and floating pins read 0."""
-        return self.bank.read()
-
-    def write_ODR(self, value: int) -> None:
-        """Set the output latches."""
-        changed = self[ODR] ^ value
-        self[ODR] = value
-        while changed:
-            bit = changed & -changed
-            changed ^= bit
-            number = bit.bit_length() - 1
-            if number < len(self.pins):
-                self.pins[number].set_latch(bool(value & bit))
-
-    def read_BSRR(self) -> int:
-        """Write-only: reads 0."""
-        return 0
-
-    def write_BSRR(self, value: int) -> None:
-        """Reset by the upper half, set by the lower; set wins."""
-        self.write_ODR((self[ODR] & ~(value >> 16)) | (value & 0xFFFF))
-
-    # --- the lock
-
-    def write_LCKR(self, value: int) -> None:
-        """Take one step of the lock sequence, or begin anew."""
-        self._lock.write(value)
-
-    def read_LCKR(self) -> int:
-        """Return the lock; a read ends its sequence."""
-        return self._lock.read()

@@ -1,17 +1,16 @@
 """GPIO ports of the STM32F1 (RM0008 section 9.2).
 
-A port lends its pads to peripherals (mode AF), to the debug port and to oscillators; what the pad then does is decided
-in `targets.mcu.pins`. The output speed (MODE 01, 10, 11) is kept and has no effect: edges are ideal.
+The output speed (MODE 01, 10, 11) is kept and has no effect: edges are ideal.
 """
 
 from __future__ import annotations
 
 from typing import ClassVar
 
-from targets.mcu.pins import Bank, PadMode, Pin, Pins
-from targets.mcu.registers import Peripheral, Register
+from targets.mcu.pins import PadMode, Pin, Pins
+from targets.mcu.registers import Register
 from targets.mcu.services import Services
-from targets.mcu.stm32.port_lock import PortLock
+from targets.mcu.stm32.gpio_port import GpioPort
 
 __all__ = ["PADS", "PADS_OF_HIGH_DENSITY", "Gpio"]
 
@@ -26,15 +25,8 @@ _INPUT_PULL = 0b1000
 _OUTPUTS = (PadMode.PUSH_PULL, PadMode.OPEN_DRAIN, PadMode.AF_PUSH_PULL, PadMode.AF_OPEN_DRAIN)
 
 
-class Gpio(Peripheral):
-    """One port.
-
-    Args:
-        name: ``GPIOA``.
-        base: address.
-        services: what the chip offers.
-        pins: the pins of the chip.
-    """
+class Gpio(GpioPort):
+    """One port; see `GpioPort`."""
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
         Register("CRL", 0x00, reset=_RESET_CONFIGURATION, note=_SPEED),
@@ -47,28 +39,7 @@ class Gpio(Peripheral):
     )
 
     def __init__(self, name: str, base: int, services: Services, pins: Pins) -> None:
-        super().__init__(name, base, services)
-        self.bank = Bank()
-        self.pins = tuple(pins[f"P{name[-1]}{number}"] for number in range(16))
-        for number, pin in enumerate(self.pins):
-            pin.bank, pin.mask = self.bank, 1 << number
-        self._lock = PortLock()
-        self.reset()
-
-    def reset(self) -> None:
-        """All pins become floating inputs and the lock is gone."""
-        super().reset()
-        self._lock.reset()
-        for number in range(16):
-            self._configure(number)
-
-    def is_live(self, offset: int) -> bool:
-        """IDR changes without an event while a pin carries a timer's output that nobody watches."""
-        return offset == 0x08 and bool(self.bank.lazy)
-
-    def changing(self, offset: int) -> int:
-        """Return those pins, for IDR."""
-        return sum(pin.mask for pin in self.bank.lazy) if offset == 0x08 else 0
+        super().__init__(name, base, services, pins, idr=0x08, on_ahb=False)
 
     # --- configuration
 
@@ -89,7 +60,8 @@ class Gpio(Peripheral):
         for index in range(8):
             if changed >> 4 * index & 0xF:
                 self._configure(first + index)
-                self._check_use(self.pins[first + index], value >> 4 * index & 0xF)
+                if value >> 4 * index & 0xF == _INPUT_PULL or value >> 4 * index & 0b11:
+                    self._check_use(self.pins[first + index])
 
     def _without_locked(self, first: int, old: int, value: int) -> int:
         for index in range(8):
@@ -99,63 +71,19 @@ class Gpio(Peripheral):
         return value
 
     def _configure(self, number: int) -> None:
-        nibble = self[0x04 if number >= 8 else 0x00] >> 4 * (number & 7) & 0xF
+        nibble = self._nibble(number)
         latch = bool(self[0x0C] >> number & 1)
         self.pins[number].configure(_mode_of(nibble), latch=latch, pull=latch if nibble == _INPUT_PULL else None)
 
-    def _check_use(self, pin: Pin, nibble: int) -> None:
-        if nibble & 0b11 == 0b00 and nibble != _INPUT_PULL:
-            return
-        if pin.claimed_by is not None:
-            self.services.notes.add("misuse", pin.name, f"configured by the program while {pin.claimed_by} has the pin")
-        elif not pin.bonded:
-            self.services.notes.add("misuse", pin.name, "configured by the program, but this package has no such pin")
+    def _set_latch(self, number: int, pin: Pin, level: bool) -> None:
+        """Set the level of an output, or the direction of an input's pull."""
+        if self._nibble(number) == _INPUT_PULL:
+            self._configure(number)
+        else:
+            super()._set_latch(number, pin, level)
 
-    # --- levels
-
-    def read_IDR(self) -> int:
-        """Return the level of each pin; analog and floating pins read 0."""
-        return self.bank.read()
-
-    def write_ODR(self, value: int) -> None:
-        """Set the output latches: the level of an output, the direction of an input's pull."""
-        changed = self[0x0C] ^ value
-        self[0x0C] = value
-        while changed:
-            bit = changed & -changed
-            changed ^= bit
-            number = bit.bit_length() - 1
-            nibble = self[0x04 if number >= 8 else 0x00] >> 4 * (number & 7) & 0xF
-            if nibble == _INPUT_PULL:
-                self._configure(number)
-            else:
-                self.pins[number].set_latch(bool(value & bit))
-
-    def read_BSRR(self) -> int:
-        """Write-only: reads 0."""
-        return 0
-
-    def write_BSRR(self, value: int) -> None:
-        """Reset by the upper half, set by the lower; set wins."""
-        self.write_ODR((self[0x0C] & ~(value >> 16)) | (value & 0xFFFF))
-
-    def read_BRR(self) -> int:
-        """Write-only: reads 0."""
-        return 0
-
-    def write_BRR(self, value: int) -> None:
-        """Reset."""
-        self.write_ODR(self[0x0C] & ~value)
-
-    # --- the lock
-
-    def write_LCKR(self, value: int) -> None:
-        """Take one step of the lock sequence, or begin anew."""
-        self._lock.write(value)
-
-    def read_LCKR(self) -> int:
-        """Return the lock; a read ends its sequence."""
-        return self._lock.read()
+    def _nibble(self, number: int) -> int:
+        return self[0x04 if number >= 8 else 0x00] >> 4 * (number & 7) & 0xF
 
 
 def _mode_of(nibble: int) -> PadMode:

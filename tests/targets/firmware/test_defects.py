@@ -118,18 +118,9 @@ DEFECTS = [
         "value & ~self.RESET_FLAGS if value & RMVF else value",
         "value | self[self.CSR] & self.RESET_FLAGS",
     ),
-    # --- GPIO, EXTI
-    Defect(
-        "BSRR: reset wins",
-        "gpio",
-        Gpio,
-        "write_BSRR",
-        "(self[0x0C] & ~(value >> 16)) | (value & 0xFFFF)",
-        "(self[0x0C] | value & 0xFFFF) & ~(value >> 16)",
-    ),
+    # --- GPIO, EXTI; latches and what is read of levels are in C
     Defect("the lock does not lock", "gpio", Gpio, "_write_configuration", "self._lock.pins", "False"),
-    Defect("BRR resets the wrong half", "gpio", Gpio, "write_BRR", "~value", "~(value >> 16)"),
-    Defect("ODR does not move pulls", "gpio", Gpio, "write_ODR", "nibble == _INPUT_PULL", "False"),
+    Defect("ODR does not move pulls", "gpio", Gpio, "_set_latch", "self._nibble(number) == _INPUT_PULL", "False"),
     Defect("falling edges are not seen", "exti", Exti, "_listener", "0x08 if level else 0x0C", "0x08"),
     Defect(
         "a masked line is pending",

@@ -20,9 +20,6 @@ DEFECTS = [
     # --- ports
     Defect("pulls the other way", "pins", Gpio, "_configure", "_PULLS[self[PUPDR]", "_PULLS[~self[PUPDR]"),
     Defect("the lock does not lock", "pins", Gpio, "_unlocked", "if not locked", "if True"),
-    Defect(
-        "reset wins over set", "pins", Gpio, "write_BSRR", "| (value & 0xFFFF)", "| (value & ~(value >> 16) & 0xFFFF)"
-    ),
     Defect("no function is chosen", "pins", PinFunctions, "_enter", "self._signals.route_all(name, carriers)", "pass"),
     # --- USART
     Defect("TC stays", "serial", Usart, "write_TDR", "~(TXE | TC)", "~TXE"),

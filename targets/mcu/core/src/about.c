@@ -1,6 +1,7 @@
 #include "about.h"
 
 #include "cpu.h"
+#include "port.h"
 #include "usart.h"
 
 #include <stddef.h>
@@ -33,6 +34,9 @@ static const struct hil_row rows[] = {
 #undef STRUCT
 #define STRUCT hil_registers
     WHOLE HIL_REGISTERS_FIELDS(ONE, MANY)
+#undef STRUCT
+#define STRUCT hil_port_pins
+    WHOLE HIL_PORT_FIELDS(ONE, MANY)
 #undef STRUCT
 #define STRUCT hil_line
     WHOLE HIL_LINE_FIELDS(ONE, MANY)

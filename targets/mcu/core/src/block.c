@@ -8,10 +8,8 @@ HIL_EXPORT bool hil_block_store(struct hil_block *block, uint32_t word, uint32_t
   return block->write && block->write(block, word, value);
 }
 
-/* Read one; of those that are for Python, what is kept. */
-HIL_EXPORT uint32_t hil_block_load(struct hil_block *block, uint32_t word) {
+/* Read one; UINT64_MAX: it is for Python. */
+HIL_EXPORT uint64_t hil_block_load(struct hil_block *block, uint32_t word) {
   uint32_t value = 0;
-  if (!block->read || !block->read(block, word, &value))
-    value = block->registers.values[word];
-  return value;
+  return block->read && block->read(block, word, &value) ? value : UINT64_MAX;
 }
