@@ -9,17 +9,17 @@ from targets.mcu.testing import peek, poke
 
 def actions(configurations):
     """Return a strategy of what happens to a port, each so many cycles after the one before."""
-    values = st.integers(0, 0xFFFF_FFFF)
     numbers = st.integers(0, 7)
-    what = st.one_of(
-        st.tuples(st.sampled_from(["ODR", "BSRR", "BRR", "IDR"]), values),
-        st.tuples(st.just("ODR"), st.sampled_from([0, 0xFFFF])),
+    write = st.tuples(
+        st.sampled_from(["ODR", "BSRR", "BRR", "IDR"]), st.one_of(st.integers(0, 0xFF), st.integers(0, 0xFFFF_FFFF))
+    )
+    other = st.one_of(
         st.tuples(st.just("configure"), st.tuples(numbers, configurations)),
         st.tuples(st.sampled_from(["record", "follow", "look", "take"]), numbers),
         st.tuples(st.just("drive"), st.tuples(numbers, st.sampled_from([None, True, False]))),
         st.tuples(st.sampled_from(["clock", "reset"]), st.integers(1, 3)),
     )
-    return st.lists(st.tuples(st.integers(0, 50), what), max_size=25)
+    return st.lists(st.tuples(st.integers(1, 50), st.one_of(write, write, other)), min_size=4, max_size=25)
 
 
 class Script:
