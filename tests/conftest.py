@@ -32,6 +32,14 @@ HEAVY = ("mujoco", "pybullet", "textual", "unicorn")
 LOADED = pytest.StashKey[list[str]]()
 
 
+@pytest.fixture(scope="session", autouse=True)
+def own_cache(tmp_path_factory):
+    """Keep what `check` remembers of cases that failed away from whoever runs the tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
 def pytest_runtest_setup(item):
     skip_without_its_library(item)
 

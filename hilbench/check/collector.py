@@ -74,6 +74,8 @@ class Collector:
         stopped: why the run ended early; empty if it did not.
         interrupted: whether a person or a CI job ended it.
         defects: what went wrong in the engine itself, outside any case.
+        max_failures: after how many cases that fail the run ends; 0 for no limit.
+        strict: whether a *should* counts like a *must*.
     """
 
     planned: list[PlannedCase] = field(default_factory=list)
@@ -81,6 +83,8 @@ class Collector:
     stopped: str = ""
     interrupted: bool = False
     defects: list[str] = field(default_factory=list)
+    max_failures: int = 0
+    strict: bool = False
 
     def plan(self, cases: Iterable[PlannedCase]) -> None:
         """Enter the selected cases."""
@@ -95,6 +99,17 @@ class Collector:
     def enter(self, result: CaseResult) -> None:
         """Enter the result of a case, in the place of what was known of it."""
         self.results[result.id] = result
+        if self.max_failures and sum(map(self._counts_as_failure, self.results.values())) >= self.max_failures:
+            self.stop(f"{self.max_failures} case{'s' * (self.max_failures > 1)} failed, as many as --maxfail allows")
+
+    def _counts_as_failure(self, result: CaseResult) -> bool:
+        if result.verdict is not Verdict.FAIL or self.strict:
+            return result.verdict in {Verdict.FAIL, Verdict.ERROR}
+        about = result.failed_clause_ids or result.clause_ids
+        return any(clause.level == "must" for clause in self._clauses_of(result.id) if clause.id in about)
+
+    def _clauses_of(self, case_id: str) -> tuple[Clause, ...]:
+        return next((planned.clauses for planned in self.planned if planned.id == case_id), ())
 
     def stop(self, reason: str, *, interrupted: bool = False) -> None:
         """Take note that the run ends early; the first reason given stands."""

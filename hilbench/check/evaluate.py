@@ -135,6 +135,7 @@ def _clause_result(group: _ClauseCases, options: CheckOptions) -> ClauseResult:
         by_own_report=_by_own_report(group),
         reproduce=_reproduce(group, options),
         screen=worst_one.screen,
+        reruns=sum(len(result.reruns) for result in group.results),
     )
 
 

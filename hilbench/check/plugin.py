@@ -159,6 +159,7 @@ class CheckPlugin:
         provider: opens the benches.
         seed: seed of the run.
         select: the expression of ``-k``.
+        only: the ids of the cases that may run; None for all.
         only_cases: whether a test without ``@case`` is refused, and what does not apply is taken out; under plain
             pytest such a test is the user's own business, and what does not apply is skipped.
         on_case: called before each case with the case, its number from 1, and how many there are.
@@ -173,6 +174,7 @@ class CheckPlugin:
         *,
         seed: int,
         select: str = "",
+        only: frozenset[str] | None = None,
         only_cases: bool = True,
         on_case: ProgressCallback | None = None,
         on_result: ResultCallback | None = None,
@@ -184,6 +186,7 @@ class CheckPlugin:
         self._provider = provider
         self._seed = seed
         self._select = select
+        self._only = only
         self._only_cases = only_cases
         self._on_case = on_case
         self._on_result = on_result
@@ -273,6 +276,8 @@ class CheckPlugin:
             self._refuse_foreign(plans)
         wanted = compile_selection(self._select, {clause for plan in plans for clause in plan.clause_ids})
         items[:] = [item for item in items if _PLAN not in item.stash or wanted(_candidate(item.stash[_PLAN]))]
+        if self._only is not None:
+            items[:] = [item for item in items if _PLAN in item.stash and item.stash[_PLAN].id in self._only]
         self.collector.plan(item.stash[_PLAN] for item in items if _PLAN in item.stash)
         if self._screens is not None:
             self._screens.plan(plan.id for plan in self.collector.planned)
@@ -348,9 +353,9 @@ class CheckPlugin:
         if self._on_result is not None and self.refusal is None:
             self._on_result(result, self._started, self._to_run)
         if run.outcome.lost:
-            reason = f"target lost: {run.outcome.cause}"
-            self.collector.stop(reason)
-            item.session.shouldstop = reason
+            self.collector.stop(f"target lost: {run.outcome.cause}")
+        if self.collector.stopped:
+            item.session.shouldstop = self.collector.stopped
         return handled
 
     @pytest.hookimpl(wrapper=True)

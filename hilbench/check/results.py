@@ -42,6 +42,7 @@ class CaseResult(msgspec.Struct, frozen=True, kw_only=True):
         bench_time_s: how much bench time it took; what was declared, for a case that did not run.
         case_hash: hash over its canonical events; empty if it opened no bench, or one in real time.
         screen: the picture of the dashboard at the moment it failed; empty if there is none.
+        reruns: why it was inconclusive, each time that it was run again for that.
     """
 
     id: str
@@ -61,6 +62,7 @@ class CaseResult(msgspec.Struct, frozen=True, kw_only=True):
     bench_time_s: float = 0.0
     case_hash: str = ""
     screen: str = ""
+    reruns: tuple[str, ...] = ()
 
 
 class ClauseResult(msgspec.Struct, frozen=True, kw_only=True):
@@ -84,6 +86,7 @@ class ClauseResult(msgspec.Struct, frozen=True, kw_only=True):
         by_own_report: what it needs that nobody saw in one of its cases: the target's own reports were believed.
         reproduce: the command that runs it again.
         screen: the picture of the worst case; empty if there is none.
+        reruns: how often cases of it were run again, as they were inconclusive.
     """
 
     id: str
@@ -103,6 +106,7 @@ class ClauseResult(msgspec.Struct, frozen=True, kw_only=True):
     by_own_report: tuple[str, ...] = ()
     reproduce: str = ""
     screen: str = ""
+    reruns: int = 0
 
     @property
     def mark(self) -> str:

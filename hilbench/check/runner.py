@@ -9,14 +9,18 @@ import contextlib
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import msgspec
+
 from hilbench.benchfile.suites import find_suites, is_shipped
+from hilbench.check import last_failed
 from hilbench.check.collector import Collector, PlannedCase
 from hilbench.check.evaluate import make_report
 from hilbench.check.given import ProviderFactory
-from hilbench.check.report import check_outputs, listing, write_report
+from hilbench.check.report import check_outputs, ci, listing, write_report
 from hilbench.check.results import CaseResult, Report
 from hilbench.check.screens import Draw, Screens
 from hilbench.clock import Stopwatch
@@ -25,7 +29,7 @@ from hilbench.exit_codes import ExitCode
 from hilbench.files.names import escaped
 from hilbench.judging.observations import Observing
 from hilbench.judging.provider import BenchProvider, Choosing, Journalled
-from hilbench.judging.verdicts import marked
+from hilbench.judging.verdicts import Verdict, marked
 from hilbench.terminal.console import Console
 from hilbench.terminal.options import CheckOptions
 
@@ -47,6 +51,7 @@ def run_suites(
     on_case: ProgressCallback | None = None,
     on_result: ResultCallback | None = None,
     screens: Screens | None = None,
+    only: frozenset[str] | None = None,
 ) -> Report:
     """Run the suites that the options select on the benches of a provider.
 
@@ -56,6 +61,7 @@ def run_suites(
         on_case: called before each case with the case, its number from 1, and how many there are.
         on_result: called after each case that ran to its end, with its result in the place of the case.
         screens: draws what was to be seen when a case failed; None for no pictures.
+        only: the ids of the cases that may run; None for all.
 
     Returns:
         The report, complete for what was run also after Ctrl-C or after the target was lost.
@@ -65,9 +71,31 @@ def run_suites(
         InternalError: a shipped suite cannot be read.
     """
     watch = Stopwatch()
-    collector = run_cases(options, provider, on_case=on_case, on_result=on_result, screens=screens)
+    run = partial(run_cases, options, provider, on_case=on_case, on_result=on_result, screens=screens)
+    collector = run(only=only)
+    for _ in range(options.rerun_inconclusive):
+        _run_again(collector, run)
     observed = provider.observed() if isinstance(provider, Observing) else None
     return make_report(collector, options, provider.describe(), watch.elapsed_s(), observed)
+
+
+def _run_again(collector: Collector, run: Callable[..., Collector]) -> None:
+    """Run the cases that are inconclusive once more; what they were before stays to be seen.
+
+    Those that have a hash are left out: in virtual time the same would come again.
+    """
+    results = collector.results.values()
+    unclear = {case.id: case for case in results if case.verdict is Verdict.INCONCLUSIVE and not case.case_hash}
+    if not unclear or collector.stopped:
+        return
+    again = run(only=frozenset(unclear))
+    for case_id, before in unclear.items():
+        result = again.results[case_id]
+        if result.verdict is not Verdict.NOT_RUN:
+            collector.enter(msgspec.structs.replace(result, reruns=(*before.reruns, before.cause)))
+    collector.defects += again.defects
+    if again.stopped:
+        collector.stop(again.stopped, interrupted=again.interrupted)
 
 
 def list_cases(options: CheckOptions, provider: BenchProvider) -> list[PlannedCase]:
@@ -100,34 +128,66 @@ def run_check(
     check_outputs(options)
     console = console or Console()
     provider = provider_factory(options)
-    with contextlib.ExitStack() as stack:
+    system = ci.Ci.NONE if options.list_only else ci.Ci(options.ci)
+    with ci.guarded(system, console), contextlib.ExitStack() as stack:
         stack.callback(provider.close)
         if options.list_only:
             listing.show(list_cases(options, provider), options, console)
             return ExitCode.OK
-        with console.progress() as show:
+        only = _only(options, provider, console)
+        with contextlib.nullcontext(_show_nothing) if options.quiet else console.progress() as show:
             screens = None
             if options.screens is not None and draw is not None:
                 screens = Screens(options.screens, draw, str(provider.describe().get("bench", "")))
-            on_result = None if console.watched else _reporter_of_results(console)
+            on_result = None if console.watched or options.quiet else _reporter_of_results(console)
             on_case = _reporter_of_cases(show)
             if options.jobs > 1 and isinstance(provider, Journalled):
-                crew = _crew(options, provider, provider_factory, draw)
+                crew = _crew(options, provider, provider_factory, draw, only)
                 report, lost = crew.report(provider.describe(), on_case, on_result), crew.lost
             else:
                 if options.jobs > 1:
                     console.narrate("--jobs: the cases of this target run one after the other")
-                report = run_suites(options, provider, on_case=on_case, on_result=on_result, screens=screens)
+                report = run_suites(options, provider, on_case=on_case, on_result=on_result, screens=screens, only=only)
                 lost = screens.problem if screens is not None else None
+        if options.rerun_inconclusive and any(
+            case.verdict is Verdict.INCONCLUSIVE and case.case_hash for case in report.cases
+        ):
+            console.narrate("--rerun-inconclusive: in virtual time the same would come again, so nothing is run again")
         with _no_interruption():
-            return write_report(report, options, console, _closing_error(stack) or lost)
+            last_failed.remember(report, options)
+            code = write_report(report, options, console, _closing_error(stack) or lost)
+    ci.tell(system, msgspec.structs.replace(report, exit_code=int(code)), options, console)
+    return code
 
 
-def _crew(options: CheckOptions, provider: Journalled, provider_factory: ProviderFactory, draw: Draw | None) -> Crew:
+def _show_nothing(_text: str) -> None:
+    """Show no progress."""
+
+
+def _only(options: CheckOptions, provider: BenchProvider, console: Console) -> frozenset[str] | None:
+    """Return the cases that ``--last-failed`` leaves; None for all, if it is not asked for or knows of none."""
+    if not options.last_failed:
+        return None
+    planned = list_cases(options, provider)
+    failed = last_failed.known(options) & {plan.id for plan in planned if not plan.missing}
+    if not failed:
+        console.narrate(f"--last-failed: no case is known to have failed here; {len(planned)} are run")
+        return None
+    console.narrate(f"--last-failed: {len(failed)} of {len(planned)} cases did not pass when they were run last")
+    return failed
+
+
+def _crew(
+    options: CheckOptions,
+    provider: Journalled,
+    provider_factory: ProviderFactory,
+    draw: Draw | None,
+    only: frozenset[str] | None,
+) -> Crew:
     from hilbench.check.parallel import Crew
 
     assert isinstance(provider, BenchProvider)
-    collector = run_cases(options, provider, collect_only=True)
+    collector = run_cases(options, provider, collect_only=True, only=only)
     return Crew(options, collector, provider_factory, draw, provider.recorded_in)
 
 
@@ -178,6 +238,7 @@ def run_cases(
     on_result: ResultCallback | None = None,
     collect_only: bool = False,
     screens: Screens | None = None,
+    only: frozenset[str] | None = None,
     more: Sequence[object] = (),
 ) -> Collector:
     """Do as `run_suites`, and return what came of it as it is.
@@ -189,6 +250,7 @@ def run_cases(
         on_result: as there.
         collect_only: plan the run only.
         screens: as there.
+        only: as there.
         more: plug-ins of pytest that have a say in which cases run, and when.
 
     Raises:
@@ -199,12 +261,13 @@ def run_cases(
 
     chosen = provider.suites if isinstance(provider, Choosing) else ()
     files = find_suites(options.suites or chosen)
-    collector = Collector()
+    collector = Collector(max_failures=options.max_failures, strict=options.strict)
     plugin = CheckPlugin(
         collector,
         provider,
         seed=options.seed,
         select=options.select,
+        only=only,
         on_case=on_case,
         on_result=on_result,
         screens=screens,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hilbench.cli.journal_options import add_journal, check_journal
@@ -25,6 +26,7 @@ hilbench check --suite pkt-board --target serial:/dev/ttyACM0@115200
 hilbench check --suite pkt-board --target serial:serial=0668FF303430   whatever its port is called; see hilbench ports
 hilbench check vehicle-model --target simulator=serial:/dev/ttyUSB0 --target stack=serial:/dev/ttyACM0
 hilbench check rover --through rfc2217             whole suites with that door on the way, in virtual time
+hilbench check rover --last-failed -x              what did not pass last time, up to the first that fails again
 hilbench check --list --json -
 """
 
@@ -70,6 +72,18 @@ def parser() -> Parser:
         help="run cases of a virtual target in N processes, or in as many as there are processors: auto")  # fmt: skip
     add("--through", choices=THROUGH, default="",
         help="let each byte of the checker's lines pass such a door of this machine, in virtual time")  # fmt: skip
+    add("-x", dest="max_failures", action="store_const", const=1, default=0, help="stop at the first case that fails")
+    add("--maxfail", dest="max_failures", metavar="N", type=typed(arguments.count),
+        help="stop when N cases have failed")  # fmt: skip
+    add("--last-failed", action="store_true",
+        help="run only what did not pass when it was run last on this bench and target; else all")  # fmt: skip
+    add("--rerun-inconclusive", metavar="N", type=typed(arguments.count), default=0,
+        help="run what is inconclusive up to N times again, at a target in real time; never a failure")  # fmt: skip
+    add("-q", "--quiet", action="store_true", help="print what is not shown and the last line, and nothing meanwhile")
+    add("--ci", choices=("auto", "github", "gitlab", "none"), default="auto",
+        help="show the result as that CI system does (default: the one that runs this)")  # fmt: skip
+    add("--code-quality", metavar="FILE", type=typed(arguments.output_file),
+        help="write what is not shown as a Code Quality report, which GitLab reads")  # fmt: skip
     add("--screens", metavar="DIR", type=typed(arguments.output_file),
         help="for each case that fails, the screen of the dashboard at that moment: DIR/CASE.svg")  # fmt: skip
     add_plugins(made)
@@ -78,11 +92,14 @@ def parser() -> Parser:
 
 def run(parsed: argparse.Namespace) -> int:
     """Run the command; see `hilbench.check.runner.run_check`."""
+    from hilbench.check.report.ci import CODE_QUALITY, JUNIT, Ci, detected
     from hilbench.check.runner import run_check
     from hilbench.files.names import escaped
 
     check_journal(parsed)
     use_plugins(parsed.plugin)
+    ci = detected(parsed.ci)
+    writes = ci is Ci.GITLAB and not parsed.list
     options = CheckOptions(
         bench=parsed.bench,
         targets=tuple(parsed.target),
@@ -91,7 +108,7 @@ def run(parsed: argparse.Namespace) -> int:
         seed=parsed.seed,
         strict=parsed.strict,
         timeout_scale=parsed.timeout_scale,
-        junit=parsed.junit,
+        junit=parsed.junit or (Path(JUNIT) if writes else None),
         json=parsed.json,
         journal=parsed.journal,
         journal_max=parsed.journal_max,
@@ -100,6 +117,12 @@ def run(parsed: argparse.Namespace) -> int:
         list_only=parsed.list,
         jobs=parsed.jobs,
         plugins=tuple(parsed.plugin),
+        max_failures=parsed.max_failures,
+        last_failed=parsed.last_failed,
+        rerun_inconclusive=parsed.rerun_inconclusive,
+        quiet=parsed.quiet,
+        ci=ci,
+        code_quality=parsed.code_quality or (Path(CODE_QUALITY) if writes else None),
     )
     return run_check(options, _provider_of, draw=_draw)
 

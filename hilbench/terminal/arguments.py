@@ -23,6 +23,7 @@ _HIGHEST_PORT = 65_535
 _HIGHEST_SEED = 2**63 - 1
 _SLOWEST_BAUD, _FASTEST_BAUD = 300, 4_000_000
 _LONGEST_WAIT = 1000
+_MOST = 1000
 _MOST_JOBS = 256
 
 
@@ -72,6 +73,11 @@ def seed(text: str) -> int:
 def jobs(text: str) -> int:
     """Read how many processes: a whole number, 1 to 256, or ``auto`` for as many as there are processors for us."""
     return len(os.sched_getaffinity(0)) if text == "auto" else _whole_number(text, 1, _MOST_JOBS)
+
+
+def count(text: str) -> int:
+    """Read how often or how many: a whole number, 1 to 1000."""
+    return _whole_number(text, 1, _MOST)
 
 
 def baud(text: str) -> int:

@@ -54,6 +54,12 @@ class CheckOptions:
         list_only: list the cases and run nothing.
         jobs: how many processes run cases, at least 1.
         plugins: the files of ``--plugin``.
+        max_failures: after how many cases that fail nothing more is run; 0 for no limit.
+        last_failed: run those cases alone that did not pass when they were run last.
+        rerun_inconclusive: how often to run a case again that is inconclusive.
+        quiet: print what is not shown and the last line, and nothing meanwhile.
+        ci: the CI system that runs this: ``github``, ``gitlab``, ``none``, or ``auto`` for that which says so.
+        code_quality: where to write a Code Quality report, as GitLab reads it.
     """
 
     bench: str | None = None
@@ -72,11 +78,22 @@ class CheckOptions:
     list_only: bool = False
     jobs: int = 1
     plugins: tuple[Path, ...] = ()
+    max_failures: int = 0
+    last_failed: bool = False
+    rerun_inconclusive: int = 0
+    quiet: bool = False
+    ci: str = "none"
+    code_quality: Path | None = None
 
     def outputs(self) -> tuple[tuple[str, Path | None], ...]:
         """Return the files to write, by the options that name them."""
         json = None if self.json in {None, "-"} else Path(str(self.json))
-        return (("--junit", self.junit), ("--json", json), ("--journal", self.journal))
+        return (
+            ("--junit", self.junit),
+            ("--json", json),
+            ("--journal", self.journal),
+            ("--code-quality", self.code_quality),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

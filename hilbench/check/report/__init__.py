@@ -6,7 +6,7 @@ from pathlib import Path
 
 import msgspec
 
-from hilbench.check.report import junit, matrix
+from hilbench.check.report import ci, junit, matrix
 from hilbench.check.report.schema import report_json
 from hilbench.check.results import Report
 from hilbench.check.screens import make_folder
@@ -51,7 +51,7 @@ def write_report(report: Report, options: CheckOptions, console: Console, lost: 
     Raises:
         UnavailableError: the standard output cannot be written.
     """
-    for write in (_write_junit, _write_json):
+    for write in (_write_junit, _write_json, _write_code_quality):
         try:
             write(report if lost is None else _without_files(report), options)
         except UnavailableError as error:
@@ -75,10 +75,10 @@ def _without_files(report: Report) -> Report:
 def _print(report: Report, options: CheckOptions, console: Console) -> None:
     if options.json == "-":
         console.data(report_json(report))
-        console.narrate(matrix.render(report, colours=False, width=None))
+        console.narrate(matrix.render(report, colours=False, width=None, quiet=options.quiet))
     else:
         width = console.width if console.terminal else None
-        console.data(matrix.render(report, colours=console.colours, width=width))
+        console.data(matrix.render(report, colours=console.colours, width=width, quiet=options.quiet))
 
 
 def _write_json(report: Report, options: CheckOptions) -> None:
@@ -89,3 +89,8 @@ def _write_json(report: Report, options: CheckOptions) -> None:
 def _write_junit(report: Report, options: CheckOptions) -> None:
     if options.junit is not None:
         write_atomically(options.junit, junit.junit_xml(report))
+
+
+def _write_code_quality(report: Report, options: CheckOptions) -> None:
+    if options.code_quality is not None:
+        write_atomically(options.code_quality, ci.code_quality(report, options))

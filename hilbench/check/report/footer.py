@@ -23,6 +23,7 @@ def lines(report: Report) -> list[str]:
     families = _families(report)
     if families:
         found.append(f"tried: {'; '.join(families)}")
+    found += _reruns(report)
     if observed.ledger is not None:
         found.append(_ledger(observed.ledger))
     if observed.pace is not None:
@@ -75,6 +76,15 @@ def _families(report: Report) -> list[str]:
     for (clause_id, family), one in least.items():
         by_clause.setdefault(clause_id, []).append(f"{one.tried} of {one.members} {family}")
     return [f"{clause_id} {', '.join(tried)}" for clause_id, tried in by_clause.items()]
+
+
+def _reruns(report: Report) -> list[str]:
+    """Return which cases were run again, and why."""
+    again = [case for case in report.cases if case.reruns]
+    if not again:
+        return []
+    words = [f"{case.id} {len(case.reruns)} time{'s' * (len(case.reruns) > 1)}: {case.reruns[-1]}" for case in again]
+    return [f"run again, as they were inconclusive: {named(words)}"]
 
 
 def _figure(value: float, digits: int, unit: str) -> str:

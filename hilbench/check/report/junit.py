@@ -74,6 +74,7 @@ def _add_clause(suite: ET.Element, clause: ClauseResult) -> None:
         "reproduce": clause.reproduce,
         **({"by_own_report": ", ".join(clause.by_own_report)} if clause.by_own_report else {}),
         **({"screen": clause.screen} if clause.screen else {}),
+        **({"reruns": str(clause.reruns)} if clause.reruns else {}),
     }
     _add_properties(element, facts)
     child = _child_for(clause)

@@ -26,22 +26,25 @@ _STYLES = {
 }
 
 
-def render(report: Report, *, colours: bool, width: int | None) -> str:
+def render(report: Report, *, colours: bool, width: int | None, quiet: bool = False) -> str:
     """Return the whole report as text.
 
     Args:
         report: what to show.
         colours: whether to mark verdicts with terminal colours.
         width: columns to cut titles to; None does not cut.
+        quiet: leave out what is shown or does not apply, and all of the summary but why it stopped and the exit code.
     """
-    lines = [headline(report.bench, report.seed, report.hilbench), ""]
-    for suite, clauses in groupby(report.clauses, key=lambda clause: clause.suite):
+    lines = [] if quiet else [headline(report.bench, report.seed, report.hilbench), ""]
+    for suite, clauses in groupby([] if quiet else report.clauses, key=lambda clause: clause.suite):
         lines += [*_suite(suite, list(clauses), colours, width or _PLAIN_WIDTH), ""]
     for verdicts in ({Verdict.FAIL, Verdict.ERROR}, {Verdict.INCONCLUSIVE}):
         for clause in report.clauses:
             if clause.verdict in verdicts:
                 lines += [*_account(clause, colours), ""]
-    return "\n".join([*lines, *_summary(report, colours)])
+    summary = _summary(report, colours)
+    last = 2 if report.stopped else 1
+    return "\n".join([*lines, *(summary[-last:] if quiet else summary)])
 
 
 def headline(bench: dict[str, str], seed: int, version: str) -> str:
@@ -129,7 +132,7 @@ def _summary(report: Report, colours: bool) -> list[str]:
     speed = f", {report.bench_time_s / report.host_time_s:.1f} times real time" if report.host_time_s else ""
     code = ExitCode(report.exit_code)
     lines = [
-        f"{report.counts.clauses} clauses: {_counted(report.counts)}",
+        f"{report.counts.clauses} clauses: {counted(report.counts)}",
         f"{len(report.cases)} cases, {report.bench_time_s:.1f} s of bench time in {report.host_time_s:.1f} s{speed}",
         *footer.lines(report),
         f"run hash {report.run_hash}" if report.run_hash else f"no run hash: {report.no_run_hash}",
@@ -142,7 +145,8 @@ def _summary(report: Report, colours: bool) -> list[str]:
     return [*lines, _painted(f"{said}; {notes_counted(notes)}" if notes else said, style, colours)]
 
 
-def _counted(counts: Counts) -> str:
+def counted(counts: Counts) -> str:
+    """Return how many clauses have which verdict, in words."""
     weaker = f" ({counts.by_own_report} by its own report)" if counts.by_own_report else ""
     words = [
         (counts.passed, f"pass{weaker}"),
