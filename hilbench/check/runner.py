@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import contextlib
 import signal
+import tempfile
 import threading
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -127,6 +129,21 @@ def run_check(
     """
     check_outputs(options)
     console = console or Console()
+    with _recorded(options) as options:
+        return _check(options, provider_factory, console, draw)
+
+
+@contextlib.contextmanager
+def _recorded(options: CheckOptions) -> Iterator[CheckOptions]:
+    """Have a run recorded that is to be shown as a page, if nobody else wants the journal."""
+    if options.html is None or options.journal is not None:
+        yield options
+        return
+    with tempfile.TemporaryDirectory(prefix="hilbench-check-") as folder:
+        yield replace(options, journal=Path(folder) / "run.jsonl")
+
+
+def _check(options: CheckOptions, provider_factory: ProviderFactory, console: Console, draw: Draw | None) -> int:
     provider = provider_factory(options)
     system = ci.Ci.NONE if options.list_only else ci.Ci(options.ci)
     with ci.guarded(system, console), contextlib.ExitStack() as stack:

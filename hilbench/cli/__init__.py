@@ -26,6 +26,7 @@ COMMANDS = {
     "decode": "show the bytes of a line as frames",
     "protocols": "list the protocols that are there, those of plug-ins among them",
     "export": "write a journal as MCAP, pcapng, VCD or CSV",
+    "report": "make one HTML page of stored runs of checks, several beside each other",
     "render": "draw the world of a recording at one moment: what stands there, the vehicle and its way",
     "diff": "compare two recordings: what the pins did, or event by event",
     "proxy": "stand between a client and a board: look, record, inject faults",

@@ -65,6 +65,8 @@ def parser() -> Parser:
     )
     add("--timeout-scale", metavar="X", type=typed(arguments.timeout_scale), default=1.0,
         help="wait X times longer for a slow target or host; limits that are judged stay (default: 1)")  # fmt: skip
+    add("--html", metavar="FILE", type=typed(arguments.output_file),
+        help="write the whole run as one HTML page, with the last moments of each case that fails")  # fmt: skip
     add("--junit", metavar="FILE", type=typed(arguments.output_file), help="write JUnit XML")
     add("--json", metavar="FILE", help="write the report, or with --list the list, as JSON; - is standard output")
     add_journal(made)
@@ -122,6 +124,7 @@ def run(parsed: argparse.Namespace) -> int:
         rerun_inconclusive=parsed.rerun_inconclusive,
         quiet=parsed.quiet,
         ci=ci,
+        html=parsed.html,
         code_quality=parsed.code_quality or (Path(CODE_QUALITY) if writes else None),
     )
     return run_check(options, _provider_of, draw=_draw)

@@ -96,13 +96,9 @@ def _place(moment: Moment) -> str:
 
 
 def _map(moment: Moment, size_px: tuple[int, int]) -> bytes:
-    from worlds.above import fitting_sheet, top_view
+    from hilbench.recordings.above import map_of
 
-    x_m, y_m, _ = moment.pose.position_m
-    outlines = moment.stage.outlines_m(x_m, y_m, moment.pose.yaw_rad)
-    tracks = {"the way to here": moment.track}
-    sheet = fitting_sheet(moment.stage.scene, tracks, outlines, size_px, title=_title(moment), note=_place(moment))
-    return top_view(moment.stage.scene, tracks, outlines, sheet).encode()
+    return map_of(moment, size_px, title=_title(moment), note=_place(moment)).encode()
 
 
 def _picture(moment: Moment, size_px: tuple[int, int]) -> bytes:

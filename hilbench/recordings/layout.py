@@ -6,7 +6,7 @@ file: there each case begins where the one before it ended.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -47,7 +47,7 @@ def data_of(event: Event) -> bytes | None:
 
 
 def of_case(recording: Recording, case: str, where: str) -> Recording:
-    """Return what a recording has of one case.
+    """Return what a recording has of one case, with the world that was made for it before it began.
 
     Args:
         recording: all of it.
@@ -63,9 +63,22 @@ def of_case(recording: Recording, case: str, where: str) -> Recording:
     if case not in begins:
         hint = did_you_mean(case, list(begins)[:_SHOWN_CASES], "cases") if begins else "it has no cases"
         raise UsageError(f"has no case '{case}'", where=where, hint=hint)
-    begin, events = begins[case], recording.events
+    events = recording.events
+    begin = _world_before(events, begins[case])
     ends = (at + 1 for at in range(begin, len(events)) if events[at]["kind"] == "case-end")
     return replace(recording, events=events[begin : next(ends, len(events))])
+
+
+def _world_before(events: Sequence[Event], begin: int) -> int:
+    """Return where the world of a case is described: before the case, if it is since the one before has ended."""
+    at = begin
+    while at and events[at - 1]["kind"] != "case-end":
+        at -= 1
+        if events[at]["kind"] == "scene":
+            return at
+        if events[at]["kind"] == "case":
+            break
+    return begin
 
 
 def without(event: Event, *names: str) -> dict[str, Any]:

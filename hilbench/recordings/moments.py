@@ -48,22 +48,12 @@ def moment_of(recording: Recording, at_ns: int | None, where: str) -> Moment:
         UsageError: it ends before, or nothing stands in a world then.
         UnavailableError: it is damaged before, or what it says of its world is.
     """
-    case, last_ns = "", 0
-    known: _Known | None = None
-    for ns, event in laid_out(recording.events):
-        last_ns = ns
-        if at_ns is not None and ns > at_ns:
+    last_ns, search = 0, _Search(recording, of_any_case=at_ns is None)
+    for last_ns, event in laid_out(recording.events):
+        if at_ns is not None and last_ns > at_ns:
             break
-        match event["kind"]:
-            case "case":
-                case = str(event["case"])
-                known = known if at_ns is None else None
-            case "scene":
-                # What a later part of a journal says anew is not where the vehicle starts.
-                starts = not recording.header.get("part") or event is not recording.events[0]
-                known = _Known(case, ns, event, starts)
-            case "pose" if known is not None:
-                known.poses.append((ns, event))
+        search.take(last_ns, event)
+    case, known = search.case, search.known
     if at_ns is not None and last_ns < at_ns:
         raise _not_there(recording, f"ends at {last_ns / 1e9:.3f} s", where)
     if known is None or not (known.starts or known.poses):
@@ -84,6 +74,54 @@ class _Known:
     scene: Event
     starts: bool
     poses: list[tuple[int, Event]] = field(default_factory=list)
+
+
+class _Search:
+    """Finds the last world in the events of a recording.
+
+    Args:
+        recording: whose events they are.
+        of_any_case: whether a world outlives its case where the next one has none.
+
+    Attributes:
+        case: the case that runs.
+        known: the world; None if there is none.
+    """
+
+    def __init__(self, recording: Recording, *, of_any_case: bool) -> None:
+        self.case = ""
+        self.known: _Known | None = None
+        self._recording = recording
+        self._of_any_case = of_any_case
+        self._between = True  # cases
+        self._ahead = False  # the world was made then, for the next case
+
+    def take(self, ns: int, event: Event) -> None:
+        """Take the next event."""
+        match event["kind"]:
+            case "case":
+                self._begin(str(event["case"]))
+            case "case-end":
+                self._between = True
+                self._forget()
+            case "scene":
+                # What a later part of a journal says anew is not where the vehicle starts.
+                starts = not self._recording.header.get("part") or event is not self._recording.events[0]
+                self.known, self._ahead = _Known(self.case, ns, event, starts), self._between
+            case "pose" if self.known is not None:
+                self.known.poses.append((ns, event))
+
+    def _begin(self, case: str) -> None:
+        self.case = case
+        if self.known is not None and self._ahead:
+            self.known.case = case
+        else:
+            self._forget()
+        self._between = self._ahead = False
+
+    def _forget(self) -> None:
+        if not self._of_any_case:
+            self.known = None
 
 
 def _not_there(recording: Recording, text: str, where: str) -> HilbenchError:

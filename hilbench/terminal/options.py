@@ -60,6 +60,7 @@ class CheckOptions:
         quiet: print what is not shown and the last line, and nothing meanwhile.
         ci: the CI system that runs this: ``github``, ``gitlab``, ``none``, or ``auto`` for that which says so.
         code_quality: where to write a Code Quality report, as GitLab reads it.
+        html: where to write the page of the run.
     """
 
     bench: str | None = None
@@ -84,6 +85,7 @@ class CheckOptions:
     quiet: bool = False
     ci: str = "none"
     code_quality: Path | None = None
+    html: Path | None = None
 
     def outputs(self) -> tuple[tuple[str, Path | None], ...]:
         """Return the files to write, by the options that name them."""
@@ -93,6 +95,7 @@ class CheckOptions:
             ("--json", json),
             ("--journal", self.journal),
             ("--code-quality", self.code_quality),
+            ("--html", self.html),
         )
 
 

@@ -51,7 +51,7 @@ def write_report(report: Report, options: CheckOptions, console: Console, lost: 
     Raises:
         UnavailableError: the standard output cannot be written.
     """
-    for write in (_write_junit, _write_json, _write_code_quality):
+    for write in (_write_junit, _write_json, _write_code_quality, _write_html):
         try:
             write(report if lost is None else _without_files(report), options)
         except UnavailableError as error:
@@ -94,3 +94,14 @@ def _write_junit(report: Report, options: CheckOptions) -> None:
 def _write_code_quality(report: Report, options: CheckOptions) -> None:
     if options.code_quality is not None:
         write_atomically(options.code_quality, ci.code_quality(report, options))
+
+
+def _write_html(report: Report, options: CheckOptions) -> None:
+    if options.html is None:
+        return
+    from hilbench.check.page import html_page, run_of_report
+    from hilbench.recordings.reading import read_recording
+
+    recording = read_recording(options.journal) if options.journal is not None else None
+    name = str(report.bench.get("bench", "run"))
+    write_atomically(options.html, html_page([run_of_report(report, name, recording)], screens=Path.cwd()))

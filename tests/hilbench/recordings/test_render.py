@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from hilbench.cli import main
 from hilbench.errors import HilbenchError
 from hilbench.journal import Journal, Recording
+from hilbench.recordings.layout import of_case
 from hilbench.recordings.moments import moment_of
 from tests.rigid import MUJOCO
 from worlds import find_scene, find_vehicle
@@ -85,6 +86,22 @@ def test_each_case_has_a_world_of_its_own_and_its_times_follow_each_other():
     assert moment_of(recording(*events), None, "x").case == "b"
     with pytest.raises(HilbenchError, match=r"says of no vehicle where it stands at 2\.1 s, in case c"):
         moment_of(recording(*events), 2 * S + S // 10, "x")
+
+
+def test_a_world_that_was_made_before_its_case_began_is_that_of_the_case():
+    """A bench of emulated boards is recorded from power-on, which comes before the case."""
+    wall = find_scene("wall")
+    one = [scene(0, wall), case("one"), pose(S, 0.5, 0.0), {"ns": 2 * S, "kind": "case-end", "case": "one"}]
+    two = [scene(), {"ns": 0, "kind": "pin", "source": "b.PA0", "level": True}, case("two"), pose(S, 0.0, 1.0)]
+    whole = recording(*one, *two)
+    for name, there, place_m in (("one", wall, (0.5, 0.0)), ("two", ROOM, (0.0, 1.0))):
+        found = moment_of(of_case(whole, name, "x"), None, "x")
+        assert (found.case, found.stage.scene, found.track[-1]) == (name, there, place_m)
+    assert moment_of(whole, None, "x").case == "two"
+    assert moment_of(whole, 3 * S, "x").stage.scene == ROOM
+    assert moment_of(whole, S, "x").case == "one"
+    with pytest.raises(HilbenchError, match="says of no vehicle where it stands"):
+        moment_of(recording(*one, case("two"), pose(S, 0.0, 1.0)), 3 * S, "x")
 
 
 @pytest.mark.parametrize("name", ["room-with-boxes", "test-track", "ramp", "empty"])

@@ -1,0 +1,78 @@
+"""Writes the page: the template is ``page.html.j2``, and jinja2 escapes all that it shows.
+
+The page loads nothing, and no script runs in it but ``page.js``: its policy names that by its digest.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+
+from hilbench.check.page.runs import Cell, Row, Run
+from hilbench.files.names import escaped
+
+__all__ = ["html_page"]
+
+TEMPLATE = "page.html.j2"
+LARGEST_SCREEN = 400_000
+_MISSING = Cell(word="")
+
+
+def html_page(runs: Sequence[Run], title: str = "hilbench check", screens: Path | None = None) -> str:
+    """Return the page of one run or several.
+
+    Args:
+        runs: from the left to the right; of several it shows what differs.
+        title: of the page.
+        screens: where pictures of the dashboard lie whose names are relative; None to leave all out.
+    """
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("hilbench.check.page", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["picture"] = _picture
+    environment.filters["screen"] = lambda name: _screen(name, screens)
+    script = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
+    page = environment.get_template(TEMPLATE).render(
+        title=title,
+        runs=runs,
+        rows=[_row(row, runs) for row in _rows(runs)],
+        words=sorted({cell.word for run in runs for cell in run.cells.values() if cell.word}),
+        script=script,
+        script_digest=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+    )
+    return escaped(page)
+
+
+def _rows(runs: Sequence[Run]) -> list[Row]:
+    """Return the rows of all runs, each once: those of the first, then what others have besides."""
+    return list({row.id: row for run in runs for row in run.rows}.values())
+
+
+def _row(row: Row, runs: Sequence[Run]) -> tuple[Row, list[tuple[Run, Cell]], bool]:
+    """Return a row with what each run says of it, and whether that differs."""
+    pairs = [(run, run.cells.get(row.id, _MISSING)) for run in runs]
+    return row, pairs, len({cell.word for _, cell in pairs}) > 1
+
+
+def _picture(svg: str) -> str:
+    """Return a picture as an address: so it cannot run anything, whatever it says."""
+    return f"data:image/svg+xml;base64,{base64.b64encode(svg.encode(errors='replace')).decode()}"
+
+
+def _screen(name: str, folder: Path | None) -> str:
+    """Return the picture in a file as an address; empty if it is not there, or large."""
+    if folder is None:
+        return ""
+    file = folder / name
+    try:
+        return _picture(file.read_text(encoding="utf-8")) if file.stat().st_size <= LARGEST_SCREEN else ""
+    except (OSError, ValueError):
+        return ""
