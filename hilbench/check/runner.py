@@ -22,6 +22,7 @@ from hilbench.check import last_failed
 from hilbench.check.collector import Collector, PlannedCase
 from hilbench.check.evaluate import make_report
 from hilbench.check.given import ProviderFactory
+from hilbench.check.heartbeat import Heartbeat
 from hilbench.check.report import check_outputs, ci, listing, write_report
 from hilbench.check.results import CaseResult, Report
 from hilbench.check.screens import Draw, Screens
@@ -113,7 +114,7 @@ def run_check(
 ) -> int:
     """Do what ``hilbench check`` does: run, write the reports, print the matrix.
 
-    Who watches on a terminal sees which case runs; a log gets a line for each as it ends.
+    Who watches on a terminal sees which case runs; a log gets a line for each as it ends, and one while none ends.
 
     Args:
         options: what the command line says.
@@ -152,12 +153,10 @@ def _check(options: CheckOptions, provider_factory: ProviderFactory, console: Co
             listing.show(list_cases(options, provider), options, console)
             return ExitCode.OK
         only = _only(options, provider, console)
-        with contextlib.nullcontext(_show_nothing) if options.quiet else console.progress() as show:
+        with _told(console, quiet=options.quiet) as (on_case, on_result):
             screens = None
             if options.screens is not None and draw is not None:
                 screens = Screens(options.screens, draw, str(provider.describe().get("bench", "")))
-            on_result = None if console.watched or options.quiet else _reporter_of_results(console)
-            on_case = _reporter_of_cases(show)
             if options.jobs > 1 and isinstance(provider, Journalled):
                 crew = _crew(options, provider, provider_factory, draw, only)
                 report, lost = crew.report(provider.describe(), on_case, on_result), crew.lost
@@ -177,8 +176,17 @@ def _check(options: CheckOptions, provider_factory: ProviderFactory, console: Co
     return code
 
 
-def _show_nothing(_text: str) -> None:
-    """Show no progress."""
+@contextlib.contextmanager
+def _told(console: Console, *, quiet: bool) -> Iterator[tuple[ProgressCallback | None, ResultCallback | None]]:
+    """Give what tells of each case as it begins and ends: a line that changes on a terminal, lines in a log."""
+    if quiet:
+        yield None, None
+    elif console.watched:
+        with console.progress() as show:
+            yield _reporter_of_cases(show), None
+    else:
+        with Heartbeat(console.mention) as heartbeat:
+            yield _reporter_of_cases(heartbeat.show), _reporter_of_results(console, heartbeat.spoke)
 
 
 def _only(options: CheckOptions, provider: BenchProvider, console: Console) -> frozenset[str] | None:
@@ -235,7 +243,7 @@ def _time_left(elapsed_s: float, begun: int, total: int) -> str:
     return f", {left_s:.0f} s left:" if left_s < 100 else f", {left_s / 60:.0f} min left:"
 
 
-def _reporter_of_results(console: Console) -> ResultCallback:
+def _reporter_of_results(console: Console, spoke: Callable[[], None]) -> ResultCallback:
     def tell(result: CaseResult, number: int, total: int) -> None:
         said = marked(result.cause, result.by_own_report)
         cause = f": {said}" if said else ""
@@ -243,6 +251,7 @@ def _reporter_of_results(console: Console) -> ResultCallback:
         # A log whose reader has stopped reading must not stop the run: the report says all of it again.
         line = escaped(text)
         console.mention(line if len(line) <= _LINE else f"{line[: _LINE - 1]}…")
+        spoke()
 
     return tell
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import itertools
+import threading
 
 import pytest
 
 from hilbench.check import CheckOptions, Verdict, run_check, run_suites
+from hilbench.check.heartbeat import Heartbeat
 from hilbench.check.report import footer, junit
 from hilbench.terminal.console import Console
 
@@ -26,6 +28,34 @@ BODY = """
     @my("A5")
     def test_e(): pass
     """
+
+
+class TestALog:
+    def beating(self, wanted):
+        """A heartbeat, the lines it says, and an event for so many of them."""
+        lines, enough = [], threading.Event()
+
+        def say(line):
+            lines.append(line)
+            if len(lines) == wanted:
+                enough.set()
+
+        return Heartbeat(say, every_s=0.001), lines, enough
+
+    def test_that_stands_still_gets_a_line(self):
+        heartbeat, lines, enough = self.beating(3)
+        with heartbeat:
+            heartbeat.show("1/9 S1 a")
+            assert enough.wait(60)
+        assert set(lines) == {"running 1/9 S1 a"}
+
+    def test_in_which_something_is_said_gets_none(self):
+        heartbeat, lines, _ = self.beating(1)
+        heartbeat.show("1/9 S1 a")
+        waits = iter([False] * 5 + [True])
+        heartbeat._over.wait = lambda _every_s: heartbeat.spoke() or next(waits)
+        heartbeat._beat()
+        assert not lines
 
 
 class TestFailures:
