@@ -16,6 +16,7 @@ from typing import Any
 from worlds.bullet_builder import BOX_GROUP, FLOOR_GROUP, MOVING_GROUP, Builder
 from worlds.errors import PhysicsMissingError, WorldError
 from worlds.geometry import Matrix, Vector, add, cross, rotation, subtract, turn, turn_back
+from worlds.importing import import_whole
 from worlds.motion import PlanarVelocity
 from worlds.quiet import captured_output
 from worlds.rigid import RigidWorld, level, matrix_of
@@ -169,13 +170,12 @@ class BulletWorld(RigidWorld):
 
 def _import() -> Any:
     try:
-        import pybullet
+        return import_whole("pybullet")
     except ImportError as problem:
         raise PhysicsMissingError(
             'PyBullet is not installed for this Python: leave out physics = "bullet", and MuJoCo is taken, or run '
             "`pip install pybullet==3.2.7` (ready-made for CPython 3.11 on x86-64; built elsewhere in ten minutes)"
         ) from problem
-    return pybullet
 
 
 def _connect(bullet: Any) -> int:

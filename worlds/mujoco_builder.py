@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from worlds.errors import PhysicsMissingError, WorldError
+from worlds.importing import import_whole
 from worlds.scenes import Box, Scene
 from worlds.vehicles import Vehicle
 from worlds.vehicles.model import BoxShape, Part, Shape, SphereShape, Vector, parents
@@ -99,7 +100,7 @@ def import_mujoco() -> Any:
         PhysicsMissingError: it is not installed.
     """
     try:
-        import mujoco
+        mujoco = import_whole("mujoco")
     except ImportError as problem:
         raise PhysicsMissingError(
             "MuJoCo is not installed for this Python: run `pip install mujoco-core==4.0.1`, or choose another physics"
