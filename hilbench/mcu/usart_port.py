@@ -258,8 +258,9 @@ class UsartPort(PortBase):
                 continue
             for tap in self.frame_taps:
                 tap(words.frame(-1))
+            frame_ns, judged = words.frame_ns, self._judged
             for start_ns, bits in zip(words.starts_ns, words.bits, strict=True):
-                self._collect(start_ns, start_ns + words.frame_ns, bits)
+                self._collect(_Byte(start_ns, start_ns + frame_ns, *judged(bits)))
 
     def _sent(self, frame: SerialFrame) -> None:
         self._take_kept()
@@ -285,18 +286,18 @@ class UsartPort(PortBase):
             return
         if self._group.breathe(frame.start_ns):
             self._tell_together(frame.start_ns)
-        self._collect(frame.start_ns, frame.end_ns, frame.bits)
+        self._collect(_Byte(frame.start_ns, frame.end_ns, *self._judged(frame.bits)))
 
     def _judged(self, bits: int) -> tuple[int, bool]:
         """Return a byte, and whether its parity is wrong."""
         form = self.line_format
         return form.value(bits) & 0xFF, form.parity_wrong(bits)
 
-    def _collect(self, start_ns: int, end_ns: int, bits: int) -> None:
+    def _collect(self, byte: _Byte) -> None:
         """Take a byte that is reported together with those beside it."""
-        if self._together and end_ns - self._together[0].start_ns > REAL_TIME_GROUP_NS:
-            self._tell_together(start_ns)
-        self._together.append(_Byte(start_ns, end_ns, *self._judged(bits)))
+        if self._together and byte.end_ns - self._together[0].start_ns > REAL_TIME_GROUP_NS:
+            self._tell_together(byte.start_ns)
+        self._together.append(byte)
 
     def _tell_together(self, reached_ns: int) -> None:
         """Tell of all that was complete by `reached_ns`."""
