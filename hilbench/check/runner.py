@@ -145,8 +145,8 @@ def _recorded(options: CheckOptions) -> Iterator[CheckOptions]:
 
 
 def _check(options: CheckOptions, provider_factory: ProviderFactory, console: Console, draw: Draw | None) -> int:
+    system = ci.Ci.NONE if options.list_only else ci.detected(options.ci)
     provider = provider_factory(options)
-    system = ci.Ci.NONE if options.list_only else ci.Ci(options.ci)
     with ci.guarded(system, console), contextlib.ExitStack() as stack:
         stack.callback(provider.close)
         if options.list_only:

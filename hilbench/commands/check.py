@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hilbench.cli.journal_options import add_journal, check_journal
@@ -94,14 +93,11 @@ def parser() -> Parser:
 
 def run(parsed: argparse.Namespace) -> int:
     """Run the command; see `hilbench.check.runner.run_check`."""
-    from hilbench.check.report.ci import CODE_QUALITY, JUNIT, Ci, detected
     from hilbench.check.runner import run_check
     from hilbench.files.names import escaped
 
     check_journal(parsed)
     use_plugins(parsed.plugin)
-    ci = detected(parsed.ci)
-    writes = ci is Ci.GITLAB and not parsed.list
     options = CheckOptions(
         bench=parsed.bench,
         targets=tuple(parsed.target),
@@ -110,7 +106,7 @@ def run(parsed: argparse.Namespace) -> int:
         seed=parsed.seed,
         strict=parsed.strict,
         timeout_scale=parsed.timeout_scale,
-        junit=parsed.junit or (Path(JUNIT) if writes else None),
+        junit=parsed.junit,
         json=parsed.json,
         journal=parsed.journal,
         journal_max=parsed.journal_max,
@@ -123,9 +119,9 @@ def run(parsed: argparse.Namespace) -> int:
         last_failed=parsed.last_failed,
         rerun_inconclusive=parsed.rerun_inconclusive,
         quiet=parsed.quiet,
-        ci=ci,
+        ci=parsed.ci,
         html=parsed.html,
-        code_quality=parsed.code_quality or (Path(CODE_QUALITY) if writes else None),
+        code_quality=parsed.code_quality,
     )
     return run_check(options, _provider_of, draw=_draw)
 

@@ -420,12 +420,12 @@ class EmulatedBench:
             port.each_frame = True
             port.frame_taps.append(partial(waveforms.frame, full, "tx"))
 
-        def take(words: Words) -> None:
-            form, now_ns = port.line_format, port.chip_time.now_ns
+        def take(words: Words, at_ns: int) -> None:
+            form = port.line_format
             data = bytes(form.value(bits) & 0xFF for bits in words.bits)
-            heard.add(data, now_ns)
+            heard.add(data, at_ns)
             for tap in port.heard_taps:
-                self._group.output(now_ns, partial(tap, data, now_ns), source=full, reacts=False)
+                self._group.output(at_ns, partial(tap, data, at_ns), source=full, reacts=False)
             if waveforms is not None:
                 for frame in words.frames():
                     waveforms.frame(full, "rx", frame)

@@ -68,7 +68,8 @@ class UsartPort(PortBase):
         reacts: whether anybody here may answer at once to what the USART sends, so that the chip waits for that.
         on_follow: called when the USART's rate or format have changed, or this end's rate.
         each_frame: whether somebody has to know of each frame when it begins.
-        on_heard: called with the frames that are put on the RX line, when the first begins.
+        on_heard: called with frames that are put on the RX line, and the bench time at which the first begins; with
+            those of a block when a run of the chip ends.
         frame_taps: called with each frame that the USART sends, when its start bit begins; in real time, unless
             `each_frame` is set, with the last of several alone.
         taps: called with the bytes that this end reads and the bench time of them, before `on_receive`: with each byte,
@@ -95,7 +96,8 @@ class UsartPort(PortBase):
         self.reacts = True
         self.on_follow: Callable[[], None] = lambda: None
         self.each_frame = False
-        self.on_heard: Callable[[Words], None] = lambda _words: None
+        self.on_heard: Callable[[Words, int], None] = lambda _words, _at_ns: None
+        self._block: Words | None = None  # what the chip knows of beforehand, as far as nobody was told of it
         self.frame_taps: list[Callable[[SerialFrame], None]] = []
         self.taps: list[Callable[[bytes, int], None]] = []
         self.heard_taps: list[Callable[[bytes, int], None]] = []
@@ -183,7 +185,8 @@ class UsartPort(PortBase):
         starts_ns = [at_ns + number * frame_bits_ns // self._baud for number in range(len(data))]
         bits = [form.word(value) for value in data]
         words = Words(starts_ns, bits, self._bit_s, form.word_bits, form.stop_half_bits)
-        self.on_heard(words)
+        self._tell_begun()
+        self._block = words
         self._machine.forget_resets()
         self._usart.expect(words)
 
@@ -198,7 +201,19 @@ class UsartPort(PortBase):
         waiting = self._usart.expected
         first = waiting == count
         self._usart.expect_only(first)
+        if self._block is not None:
+            self._block = self._block.part(0, len(self._block.bits) - (waiting - first))
         return waiting - first
+
+    def _tell_begun(self) -> None:
+        """Tell of what has begun of a block."""
+        block = self._block
+        if block is None:
+            return
+        begun = len(block.bits) - self._usart.expected
+        if begun:
+            self.on_heard(block.part(0, begun), block.starts_ns[0])
+        self._block = block.part(begun, len(block.bits)) if begun < len(block.bits) else None
 
     def send_break(self, duration_ns: int, _refused: Refused = raise_it) -> None:
         """Hold the RX line low for `duration_ns`, after the bytes written so far."""
@@ -232,7 +247,9 @@ class UsartPort(PortBase):
         self._hear(SerialFrame(start_s=Fraction(at_ns, NS_PER_S), bit_s=bit_s, bits=0, bit_count=bits))
 
     def _hear(self, frame: SerialFrame) -> None:
-        self.on_heard(Words([frame.start_ns], [frame.bits], frame.bit_s, frame.bit_count, frame.stop_half_bits))
+        words = Words([frame.start_ns], [frame.bits], frame.bit_s, frame.bit_count, frame.stop_half_bits)
+        self._tell_begun()
+        self.on_heard(words, self.chip_time.now_ns)
         self._machine.forget_resets()
         self._usart.receive(frame)
 
@@ -241,6 +258,7 @@ class UsartPort(PortBase):
     def _end_round(self, reached_ns: int) -> None:
         if not self._bench.scheduler.locked:
             return
+        self._tell_begun()
         self._take_kept()
         self._tell_together(reached_ns)
         keeps = not (self.reacts or self.each_frame or self.joined)
@@ -258,9 +276,10 @@ class UsartPort(PortBase):
                 continue
             for tap in self.frame_taps:
                 tap(words.frame(-1))
-            frame_ns, judged = words.frame_ns, self._judged
+            # The firmware may have chosen another format since.
+            form, frame_ns = self._own_format if self._own_baud else words.format, words.frame_ns
             for start_ns, bits in zip(words.starts_ns, words.bits, strict=True):
-                self._collect(_Byte(start_ns, start_ns + frame_ns, *judged(bits)))
+                self._collect(_Byte(start_ns, start_ns + frame_ns, *_judged(bits, form)))
 
     def _sent(self, frame: SerialFrame) -> None:
         self._take_kept()
@@ -281,17 +300,12 @@ class UsartPort(PortBase):
         """Read a frame as it was meant."""
         if self.reacts or not self._bench.scheduler.locked:
             self._tell_together(frame.start_ns)
-            value, wrong = self._judged(frame.bits)
+            value, wrong = _judged(frame.bits, self.line_format)
             self._output(frame.end_ns, partial(self._take, _BYTES[value], wrong))
             return
         if self._group.breathe(frame.start_ns):
             self._tell_together(frame.start_ns)
-        self._collect(_Byte(frame.start_ns, frame.end_ns, *self._judged(frame.bits)))
-
-    def _judged(self, bits: int) -> tuple[int, bool]:
-        """Return a byte, and whether its parity is wrong."""
-        form = self.line_format
-        return form.value(bits) & 0xFF, form.parity_wrong(bits)
+        self._collect(_Byte(frame.start_ns, frame.end_ns, *_judged(frame.bits, self.line_format)))
 
     def _collect(self, byte: _Byte) -> None:
         """Take a byte that is reported together with those beside it."""
@@ -352,6 +366,11 @@ class UsartPort(PortBase):
 
     def _output(self, ns: int, action: Callable[[], None]) -> None:
         self._group.output(ns, action, source=self.name, reacts=self.reacts)
+
+
+def _judged(bits: int, form: SerialFormat) -> tuple[int, bool]:
+    """Return a byte, and whether its parity is wrong."""
+    return form.value(bits) & 0xFF, form.parity_wrong(bits)
 
 
 def _ns(time_s: Fraction) -> int:

@@ -108,6 +108,7 @@ class Words(NamedTuple):
         bit_s: length of a bit, in seconds.
         bit_count: how many bits each has, data and parity.
         stop_half_bits: how long the line is high after each at least, in halves of a bit.
+        parity: what the last of these bits is; see `SerialFormat`.
     """
 
     starts_ns: Sequence[int]
@@ -115,12 +116,23 @@ class Words(NamedTuple):
     bit_s: Fraction
     bit_count: int
     stop_half_bits: int = 2
+    parity: str = "N"
+
+    @property
+    def format(self) -> SerialFormat:
+        """How they are framed."""
+        data_bits = self.bit_count - (self.parity != "N")
+        return SerialFormat(data_bits=data_bits, parity=self.parity, stop_half_bits=self.stop_half_bits)
 
     @property
     def frame_ns(self) -> int:
         """How long a frame lasts, in nanoseconds, rounded down."""
         half_bits = 2 * (1 + self.bit_count) + self.stop_half_bits
         return self.bit_s.numerator * half_bits * _NS_PER_S // (2 * self.bit_s.denominator)
+
+    def part(self, begin: int, end: int) -> Words:
+        """Return those from one to before another."""
+        return self._replace(starts_ns=self.starts_ns[begin:end], bits=self.bits[begin:end])
 
     def frame(self, index: int) -> SerialFrame:
         """Return one of them."""

@@ -26,7 +26,7 @@ def html_page(runs: Sequence[Run], title: str = "hilbench check", screens: Path 
     Args:
         runs: from the left to the right; of several it shows what differs.
         title: of the page.
-        screens: where pictures of the dashboard lie whose names are relative; None to leave all out.
+        screens: the folder in which pictures of the dashboard lie; None to leave all out, as what lies elsewhere.
     """
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -68,11 +68,18 @@ def _picture(svg: str) -> str:
 
 
 def _screen(name: str, folder: Path | None) -> str:
-    """Return the picture in a file as an address; empty if it is not there, or large."""
+    """Return the picture in a file as an address; empty if it is none, is large, or lies elsewhere.
+
+    A report names the file, and may come from somebody else.
+    """
     if folder is None:
         return ""
-    file = folder / name
     try:
-        return _picture(file.read_text(encoding="utf-8")) if file.stat().st_size <= LARGEST_SCREEN else ""
+        file = Path(name).resolve()
+        if not file.is_relative_to(folder.resolve()) or file.suffix != ".svg" or not file.is_file():
+            return ""
+        with file.open(encoding="utf-8") as opened:
+            text = opened.read(LARGEST_SCREEN + 1)
     except (OSError, ValueError):
         return ""
+    return _picture(text) if len(text) <= LARGEST_SCREEN and "<svg" in text[:500] else ""

@@ -104,4 +104,4 @@ def _write_html(report: Report, options: CheckOptions) -> None:
 
     recording = read_recording(options.journal) if options.journal is not None else None
     name = str(report.bench.get("bench", "run"))
-    write_atomically(options.html, html_page([run_of_report(report, name, recording)], screens=Path.cwd()))
+    write_atomically(options.html, html_page([run_of_report(report, name, recording)], screens=options.screens))

@@ -19,8 +19,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from hilbench.benchfile.suites import suite_name
+from hilbench.check.report import junit
 from hilbench.check.report.matrix import counted, word_for
 from hilbench.check.results import ClauseResult, Report
+from hilbench.errors import UnavailableError
+from hilbench.files import write_atomically
 from hilbench.files.names import printable
 from hilbench.judging.verdicts import Verdict
 from hilbench.terminal.console import Console
@@ -71,9 +74,9 @@ def guarded(ci: Ci, console: Console) -> Iterator[None]:
 
 
 def tell(ci: Ci, report: Report, options: CheckOptions, console: Console) -> None:
-    """Tell GitHub of a run, or where GitLab finds its reports; a summary that cannot be written costs a line."""
+    """Tell GitHub of a run, or write what GitLab reads; what cannot be written, unasked for, costs a line."""
     if ci is Ci.GITLAB:
-        console.narrate(f"for GitLab: {options.junit}, {options.code_quality}")
+        _write_for_gitlab(report, options, console)
     if ci is not Ci.GITHUB:
         return
     for line in commands(report, options):
@@ -163,6 +166,21 @@ def _cell(text: str) -> str:
 # --- GitLab
 
 
+def _write_for_gitlab(report: Report, options: CheckOptions, console: Console) -> None:
+    """Write the reports that the command line does not name."""
+    for asked, name, content in (
+        (options.junit, JUNIT, junit.junit_xml(report)),
+        (options.code_quality, CODE_QUALITY, code_quality(report, options)),
+    ):
+        if asked is not None:
+            continue
+        try:
+            write_atomically(Path(name), content)
+            console.narrate(f"for GitLab: {name}")
+        except UnavailableError as error:
+            console.narrate(f"for GitLab: {error}")
+
+
 def code_quality(report: Report, options: CheckOptions) -> str:
     """Return a Code Quality report: an entry for each clause that is not shown."""
     entries = [_entry(clause, report, options) for clause in report.clauses if clause.verdict in _BAD]
@@ -198,4 +216,5 @@ def _bench_file(options: CheckOptions) -> str:
 def _relative(file: Path) -> str:
     path = file.resolve()
     root = os.environ.get("GITHUB_WORKSPACE") or os.environ.get("CI_PROJECT_DIR") or str(Path.cwd())
-    return path.relative_to(root).as_posix() if path.is_relative_to(root) else file.as_posix()
+    whole = Path(root).resolve()
+    return path.relative_to(whole).as_posix() if path.is_relative_to(whole) else file.as_posix()

@@ -150,7 +150,7 @@ class UsartBase(Peripheral, abc.ABC):
             return
         ns, both = self.time.ns, self._line.take_kept()
         starts_ns, kept = [ns(cycle) for cycle in both[::2]], self._kept
-        form = self._tx.bit_s, kept.word_bits, kept.stop_half_bits
+        form = self._tx.bit_s, kept.word_bits, kept.stop_half_bits, self._format.parity
         self._sent.append(Words(starts_ns, both[1::2].tolist(), *form))
 
     # --- for people and for what is at the other end of the line

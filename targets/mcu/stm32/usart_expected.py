@@ -36,6 +36,7 @@ class Expected:
         self._bits: list[int] = []
         self._forms: list[tuple[Fraction, int]] = []
         self._waiting = 0  # while the clock changes
+        self._arriving = 0  # 1 while a frame is looked at: it is not heard yet
         line.handlers[News.ARRIVED] = lambda following, _more: self._arrived(following)
 
     @property
@@ -64,8 +65,8 @@ class Expected:
             del self._starts_ns[-superfluous:], self._bits[-superfluous:], self._forms[-superfluous:]
 
     def heard(self) -> SerialFrame:
-        """Return the last of them that has begun."""
-        return self._frame(self.count)
+        """Return the last of them that C has begun to hear."""
+        return self._frame(self.count + self._arriving)
 
     def before_clock_change(self) -> None:
         """Hold them back: they follow bench time, and cycles are about to change."""
@@ -94,7 +95,11 @@ class Expected:
 
     def _arrived(self, following: int) -> None:
         self._line.line.plain = False
-        self._line.line.plain = self._receive(self._frame(following))
+        self._arriving = 1
+        try:
+            self._line.line.plain = self._receive(self._frame(following))
+        finally:
+            self._arriving = 0
 
     def _frame(self, following: int) -> SerialFrame:
         """Return the frame that so many others follow."""

@@ -122,16 +122,41 @@ def test_nobody_is_told_anything_where_no_ci_runs_it(checked):
 
 def test_code_quality_has_an_entry_for_each_clause_that_is_not_shown(checked, monkeypatch, tmp_path):
     monkeypatch.setenv("CI_PROJECT_DIR", str(tmp_path))
-    files = {"code_quality": tmp_path / "quality.json", "junit": tmp_path / "junit.xml"}
-    _, _, said = checked(ci="gitlab", **files)
-    entries = json.loads(files["code_quality"].read_text())
+    monkeypatch.chdir(tmp_path)
+    _, _, said = checked(ci="gitlab")
+    file = tmp_path / "gl-code-quality-report.json"
+    entries = json.loads(file.read_text())
     assert [entry["check_name"] for entry in entries] == ["A1", "A2", "A3", "A5"]
     assert [entry["severity"] for entry in entries] == ["critical", "info", "minor", "major"]
     assert entries[0]["location"] == {"path": "test_panel.py", "lines": {"begin": 1}}
     assert len({entry["fingerprint"] for entry in entries}) == 4
-    assert f"for GitLab: {files['junit']}, {files['code_quality']}" in said
-    checked(ci="gitlab", **files)
-    assert json.loads(files["code_quality"].read_text()) == entries
+    assert "for GitLab: gl-junit-report.xml\nfor GitLab: gl-code-quality-report.json\n" in said
+    checked(ci="gitlab")
+    assert json.loads(file.read_text()) == entries
+
+
+def test_files_that_the_command_line_names_take_the_place_of_those_for_gitlab(checked, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    checked(ci="gitlab", junit=tmp_path / "own.xml", code_quality=tmp_path / "own.json")
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["own.json", "own.xml", "test_panel.py"]
+
+
+def test_what_nobody_asked_for_and_cannot_be_written_costs_a_line_each(checked, monkeypatch, tmp_path):
+    (tmp_path / "gl-junit-report.xml").mkdir()
+    (tmp_path / "gl-code-quality-report.json").mkdir()
+    monkeypatch.chdir(tmp_path)
+    code, _, said = checked('@my("A4")\ndef test_answers(): pass\n', ci="gitlab")
+    assert code == 0
+    assert said.count("for GitLab: ") == 2
+    assert "gl-junit-report.xml" in said
+
+
+def test_a_workspace_behind_a_link_is_the_same(checked, on_github, monkeypatch, tmp_path):
+    (tmp_path / "there").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path)
+    monkeypatch.setenv("GITHUB_WORKSPACE", str(tmp_path / "link"))
+    monkeypatch.chdir(tmp_path / "there")
+    assert "::error file=test_panel.py," in checked()[2]
 
 
 def test_quiet_prints_what_is_not_shown_and_the_last_line(checked):

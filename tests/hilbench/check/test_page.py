@@ -6,6 +6,7 @@ import base64
 import hashlib
 import html.parser
 import json
+import os
 import re
 
 import msgspec
@@ -98,6 +99,27 @@ def test_runs_stand_beside_each_other_and_what_differs_is_marked(check):
     assert all(changed for _, changed in others)
     assert sorted(words for words, _ in others) == [["", "fail"], ["fail", ""], ["pass", "fail"]]
     assert "old: fail" in " ".join(page.text().split())
+
+
+def test_a_picture_is_taken_from_its_folder_alone(check, tmp_path):
+    (tmp_path / "screens").mkdir()
+    for name, text in (("screens/a.svg", "<svg/>"), ("secret.svg", "<svg>x</svg>"), ("screens/b.svg", "no picture")):
+        (tmp_path / name).write_text(text)
+    os.mkfifo(tmp_path / "screens" / "fifo.svg")
+    report = check(BODY)
+    for name, shown in (
+        ("screens/a.svg", True),
+        ("screens/../secret.svg", False),
+        ("secret.svg", False),
+        ("screens/b.svg", False),
+        ("screens/fifo.svg", False),
+        ("screens/none.svg", False),
+        ("\0", False),
+    ):
+        cases = tuple(msgspec.structs.replace(case, screen=str(tmp_path / name)) for case in report.cases[:1])
+        run = run_of_report(msgspec.structs.replace(report, cases=cases), "x")
+        page = Parsed(html_page([run], screens=tmp_path / "screens"))
+        assert bool(page.addresses) is shown, name
 
 
 def test_a_thousand_clauses_take_less_than_five_megabytes(check):

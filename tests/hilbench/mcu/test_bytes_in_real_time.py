@@ -13,6 +13,7 @@ from hilbench.links.memory import REAL_TIME_GROUP_NS
 from hilbench.mcu.group import LOCKED_STEP_NS
 from hilbench.testing import FakeHostClock
 from targets.mcu.services import Watch
+from targets.mcu.testing import poke
 from tests.share import examples
 
 DATA = bytes(range(100, 150))
@@ -75,6 +76,21 @@ def test_where_nobody_needs_each_frame_the_chip_tells_of_many_and_the_bytes_are_
     assert [frame.bits for frame in heard.frames] == [DATA[-1]]
 
 
+@pytest.mark.parametrize("cr1", [(0x340C, 0x200C), (0x200C, 0x340C)])
+def test_words_are_read_in_the_format_in_which_they_were_sent(emulate, cr1):
+    """8 bits with parity, and without; the firmware chooses the other in the round in which it has sent."""
+    got = []
+    for each_frame in (True, False):
+        heard = Heard(emulate, 921_600, each_frame=each_frame)
+        usart = heard.port._usart
+        heard.emulated.machines["brain"].at_ns(1_000_000, lambda usart=usart: poke(usart, "CR1", cr1[0]))
+        heard.emulated.machines["brain"].at_ns(SENT_NS + 800_000, lambda usart=usart: poke(usart, "CR1", cr1[1]))
+        heard.emulated.bench.run_for(0.02)
+        got.append((b"".join(data for data, _ in heard.chunks), heard.port.counters.framing_errors))
+    assert got[0] == got[1]
+    assert len(got[0][0]) == len(DATA)
+
+
 def test_how_long_a_round_takes_is_told_by_the_clock_that_the_bench_follows_and_no_other(emulate, monkeypatch):
     hours_ns = itertools.count(step=3_600 * NS_PER_S)
     monkeypatch.setattr("time.monotonic_ns", lambda: next(hours_ns))
@@ -115,6 +131,8 @@ class Told:
         self.emulated = emulate(program, step_ns=LOCKED_STEP_NS)
         self.port = self.emulated.ports["brain.usart1"]
         self.port.reacts, self.port.each_frame = False, each_frame
+        self.tapped = bytearray()
+        self.port.heard_taps.append(lambda data, _at_ns: self.tapped.extend(data))
         self.emulated.bench.scheduler.lock(FakeHostClock())
         self.emulated.bench.run_for(0.01)
 
@@ -132,7 +150,7 @@ class Told:
             else:
                 self.port.send_break(amount * 1000)
         self.emulated.bench.run_for(0.1)
-        return [(word, errors) for _, word, errors in self.heard], self.port.counters, self.port.pending
+        return [(word, errors) for _, word, errors in self.heard], self.port.counters, self.port.pending, self.tapped
 
 
 ACTIONS = st.lists(

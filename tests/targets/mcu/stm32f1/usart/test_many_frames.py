@@ -35,7 +35,7 @@ def batches(draw):
         for _ in range(draw(st.integers(1, 6))):
             frames.append(frame_at(ns, draw(st.integers(0, 255)), like, rate))
             gap = draw(st.sampled_from([0, 0, 0, 1, 7, 400, 5000]))
-            ns = frames[-1].end_ns + 1 + gap
+            ns = frames[-1].end_ns + gap
         groups.append(frames)
     return groups
 
@@ -72,7 +72,7 @@ ACTIONS = st.one_of(
         for register, values in (
             ("BRR", (16, 17, 32)),
             ("CR1", (UE | TE | RE, UE | TE, 0, UE | RE | M | PCE)),
-            ("CR2", (0, LINEN, 2 << 12)),
+            ("CR2", (0, LINEN, 2 << 12, 3 << 12, 3 << 12)),
         )
     ),
     st.tuples(st.just(lambda port, register: port.peek(register)), st.sampled_from(["SR", "DR"])),
@@ -129,6 +129,18 @@ def test_what_happens_in_the_middle_of_many_frames(make_port, actions):
     frames = [frame_at(10_000 + 2500 * n, n, "8N1", Fraction(1)) for n in range(60)]
     timed = [(40_000 + 31_700 * n, action) for n, action in enumerate(actions)]
     assert heard(make_port, [frames], timed, by_the_block) == heard(make_port, [frames], timed, one_by_one)
+
+
+def test_a_frame_that_begins_before_the_one_before_is_read(make_port):
+    """With 1.5 stop bits a word is complete after the frame of a sender with one, which others follow at once."""
+    frames, ns = [], 10_000
+    for value, gap_ns in ((0x11, 5000), (0x22, 5000), (0x33, 0), (0x44, 5000), (0x55, 0)):
+        frames.append(frame_at(ns, value, "8N1", Fraction(1)))
+        ns = frames[-1].end_ns + gap_ns
+    actions = [(5000, (lambda port, cr2: port.poke("CR2", cr2), 3 << 12))]
+    by_block, alone = (heard(make_port, [frames], actions, put) for put in (by_the_block, one_by_one))
+    assert by_block == alone
+    assert len(alone[0]) == 6
 
 
 def test_python_is_asked_once_about_frames_that_are_alike(open_port):
