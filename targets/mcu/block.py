@@ -8,7 +8,7 @@ import weakref
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from targets.mcu.core.library import load, structure
+from targets.mcu.core.library import structure, with_lock_held
 from targets.mcu.errors import EngineError
 from targets.mcu.registers import Peripheral, Register
 from targets.mcu.timebase import Timebase
@@ -122,7 +122,7 @@ class PeripheralInC(Peripheral):
 @functools.cache
 def library() -> Any:
     """Return the library, with the functions of blocks declared, called with Python's lock held."""
-    functions: Any = ctypes.PyDLL("", handle=load()._handle)  # noqa: SLF001
+    functions: Any = with_lock_held()
     pointer, word = ctypes.c_void_p, ctypes.c_uint32
     functions.hil_registers_of.argtypes, functions.hil_registers_of.restype = (pointer,), pointer
     functions.hil_block_load.argtypes, functions.hil_block_load.restype = (pointer, word), ctypes.c_uint64

@@ -19,7 +19,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
-from targets.mcu.core.library import load, structure
+from targets.mcu.core.library import structure, with_lock_held
 from targets.mcu.errors import EngineError
 
 __all__ = ["NS_PER_S", "Event", "Timebase"]
@@ -295,7 +295,7 @@ class Timebase:
 @functools.cache
 def _library() -> Any:
     """Return the library, with the functions of the queue declared, called with Python's lock held."""
-    library: Any = ctypes.PyDLL("", handle=load()._handle)  # noqa: SLF001
+    library: Any = with_lock_held()
     pointer, number, cycle = ctypes.c_void_p, ctypes.c_int32, ctypes.c_uint64
     library.hil_queue_new.argtypes, library.hil_queue_new.restype = (), pointer
     library.hil_queue_free.argtypes, library.hil_queue_free.restype = (pointer,), None

@@ -11,11 +11,12 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from targets.mcu.core.sources import current, digest_of, places
 from targets.mcu.errors import EngineError
 
-__all__ = ["About", "Row", "about", "load", "open_library", "structure", "structures_of"]
+__all__ = ["About", "Row", "about", "load", "open_library", "structure", "structures_of", "with_lock_held"]
 
 _REBUILD = f"{sys.executable} -m targets.mcu.core.build"
 
@@ -65,6 +66,11 @@ def load() -> ctypes.CDLL:
         EngineError: there is none, and it cannot be compiled, or it cannot be loaded.
     """
     return open_library(*_found())
+
+
+def with_lock_held() -> Any:
+    """Return the library as one whose functions keep Python's lock, for the caller to declare them: see `load`."""
+    return ctypes.PyDLL("", handle=load()._handle)  # noqa: SLF001
 
 
 @functools.cache

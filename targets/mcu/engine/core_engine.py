@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, Protocol
 
-from targets.mcu.core.library import load, structure
+from targets.mcu.core.library import structure, with_lock_held
 from targets.mcu.cortexm.kinds import CORTEX_M3, CoreKind
 from targets.mcu.engine.api import Access, FaultKind, FloatAccess, Reg, Stop, StopKind
 from targets.mcu.engine.timing import Timing
@@ -551,7 +551,7 @@ def _check(number: int, base: int) -> None:
 
 def _library() -> Any:
     """Return the library, with its functions declared, called with Python's lock held."""
-    library: Any = ctypes.PyDLL("", handle=load()._handle)  # noqa: SLF001
+    library: Any = with_lock_held()
     pointer, word, double = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
     library.hil_new.argtypes, library.hil_new.restype = (word, word, word, _READ, _WRITE), pointer
     library.hil_free.argtypes, library.hil_free.restype = (pointer,), None

@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from targets.mcu.block import BlockInC, PeripheralInC
-from targets.mcu.core.library import load, structure
+from targets.mcu.core.library import structure, with_lock_held
 from targets.mcu.pins import Bank, Pin, Pins
 from targets.mcu.registers import Register
 from targets.mcu.services import Services
@@ -219,7 +219,7 @@ class GpioPort(PeripheralInC, abc.ABC):
 @functools.cache
 def _library() -> Any:
     """Return the library, with the functions of ports declared, called with Python's lock held."""
-    library: Any = ctypes.PyDLL("", handle=load()._handle)  # noqa: SLF001
+    library: Any = with_lock_held()
     pointer, word, flag = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_bool
     library.hil_port_new.argtypes, library.hil_port_new.restype = (pointer, word, flag, flag, _ASK), pointer
     library.hil_port_free.argtypes, library.hil_port_free.restype = (pointer,), None

@@ -15,7 +15,7 @@ from fractions import Fraction
 from typing import Any
 
 from targets.mcu.block import BlockInC
-from targets.mcu.core.library import load, structure
+from targets.mcu.core.library import structure, with_lock_held
 from targets.mcu.registers import Register
 from targets.mcu.serial_line import SerialFormat
 from targets.mcu.stm32.bit_clock import BitClock
@@ -252,7 +252,7 @@ class _Clock(BitClock):
 @functools.cache
 def _library() -> Any:
     """Return the library, with the functions of USARTs declared, called with Python's lock held."""
-    library: Any = ctypes.PyDLL("", handle=load()._handle)  # noqa: SLF001
+    library: Any = with_lock_held()
     pointer, word, cycle = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
     library.hil_usart_new.argtypes, library.hil_usart_new.restype = (pointer, word, _TELL, _ASK), pointer
     library.hil_line_of.argtypes, library.hil_line_of.restype = (pointer,), pointer

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from targets.mcu.block import BlockInC, PeripheralInC
-from targets.mcu.core.library import load
+from targets.mcu.core.library import with_lock_held
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
@@ -190,7 +190,7 @@ class Dma(PeripheralInC):
 @functools.cache
 def _library() -> Any:
     """Return the library, with the functions of the controller declared, called with Python's lock held."""
-    library: Any = ctypes.PyDLL("", handle=load()._handle)  # noqa: SLF001
+    library: Any = with_lock_held()
     pointer, word = ctypes.c_void_p, ctypes.c_uint32
     library.hil_dma_new.argtypes, library.hil_dma_new.restype = (pointer, _ASK), pointer
     library.hil_dma_free.argtypes, library.hil_dma_free.restype = (pointer,), None
