@@ -15,7 +15,7 @@ from itertools import count
 from hilbench.bench import Bench
 from hilbench.benchfile.bench_file import BenchFile, PinEnd, TerminalEnd, is_checker_end
 from hilbench.benchfile.stimulus import Hold, Ramp, Reset, Send, Square, Stick, Stimulus
-from hilbench.clock import NS_PER_S, NS_PER_US, EventClass
+from hilbench.clock import NS_PER_S, EventClass
 from hilbench.errors import UsageError
 from hilbench.mcu.seams import Machine
 from hilbench.mcu.usart_port import UsartPort
@@ -23,9 +23,6 @@ from targets.mcu.pins import Pin
 from targets.parts import Direction, part_class
 
 __all__ = ["Stimuli"]
-
-FINEST_STEP_VOLTS, SHORTEST_STEP_NS = 0.0002, NS_PER_US
-"""A ramp is a stair: of steps this high, a quarter of what 12 bits of 3.3 V can tell, or this long (choice)."""
 
 Course = Iterator[tuple[int, bool | float | None]]
 """Bench times in ns, and what is on a pin from each of them on: a level, volts, or nothing."""
@@ -119,14 +116,23 @@ class Stimuli:
                 return partial(machine.reset, "PIN")
             case Stick():
                 return partial(self._stick, machine, stimulus.target, action)
-            case Hold() | Ramp() | Square():
+            case Ramp():
+                return partial(self._ramp, stimulus.board, stimulus.target, action)
+            case Hold() | Square():
                 return partial(self._begin, stimulus.board, stimulus.target, _course(action, ns))
 
     # --- what
 
     def _begin(self, board: str, name: str, course: Course) -> None:
+        self._go_on(board, name, self._next_turn(board, name), course)
+
+    def _ramp(self, board: str, name: str, ramp: Ramp) -> None:
+        self._next_turn(board, name)
+        self._machines[board].chip.pins[name].drive_ramp(ramp.from_volts, ramp.to_volts, in_ns=ramp.in_ns)
+
+    def _next_turn(self, board: str, name: str) -> int:
         turn = self._turns[board, name] = self._turns.get((board, name), 0) + 1
-        self._go_on(board, name, turn, course)
+        return turn
 
     def _go_on(self, board: str, name: str, turn: int, course: Course) -> None:
         machine = self._machines[board]
@@ -155,24 +161,13 @@ def _drive(pin: Pin, value: bool | float | None) -> None:
         pin.drive(value)
 
 
-def _course(action: Hold | Ramp | Square, ns: int) -> Course:
-    match action:
-        case Hold():
-            yield ns, action.value
-        case Ramp():
-            yield from _stair(action, ns)
-        case Square():
-            yield from _wave(action, ns)
-    if not isinstance(action, Ramp) and action.for_ns:
+def _course(action: Hold | Square, ns: int) -> Course:
+    if isinstance(action, Hold):
+        yield ns, action.value
+    else:
+        yield from _wave(action, ns)
+    if action.for_ns:
         yield ns + action.for_ns, None
-
-
-def _stair(ramp: Ramp, ns: int) -> Course:
-    by_height = abs(ramp.to_volts - ramp.from_volts) / FINEST_STEP_VOLTS
-    steps = max(1, min(round(by_height), ramp.in_ns // SHORTEST_STEP_NS))
-    for step in range(steps + 1):
-        part = step / steps
-        yield ns + ramp.in_ns * step // steps, ramp.from_volts * (1 - part) + ramp.to_volts * part
 
 
 def _wave(square: Square, ns: int) -> Course:

@@ -23,6 +23,7 @@ from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f1.absent import Rtc, absent_peripherals
+from targets.mcu.stm32f1.adc import Adc, SharedIrq
 from targets.mcu.stm32f1.afio import Afio
 from targets.mcu.stm32f1.bkp import Bkp
 from targets.mcu.stm32f1.clocks import ClockTree
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
 __all__ = ["Stm32f103", "stm32f103_with"]
 
 TIMERS = {"TIM1": 0x4001_2C00, "TIM2": 0x4000_0000, "TIM3": 0x4000_0400, "TIM4": 0x4000_0800}
+ADCS = {"ADC1": (0x4001_2400, 18), "ADC2": (0x4001_2800, 18), "ADC3": (0x4001_3C00, 47)}
 USARTS = {"USART1": (0x4001_3800, "APB2", 37), "USART2": (0x4000_4400, "APB1", 38), "USART3": (0x4000_4800, "APB1", 39)}
 AHB_PERIPHERALS = frozenset({"DMA1", "DMA2", "SDIO", "FSMC", "RCC", "FLASH", "CRC"})
 # Behind the bridges an address without a peripheral reads 0 (a choice: the manual is silent); on AHB it is a bus error.
@@ -174,6 +176,13 @@ class Stm32f103(BasicChip):
         ]
         self.usarts = {usart.name: usart for usart in usarts}
         self._timers = [Timer(name, base, services) for name, base in TIMERS.items() if name in there]
+        adc_irqs = {irq: SharedIrq(services.irq(irq)) for name, (_, irq) in ADCS.items() if name in there}
+        self.adcs = {
+            name: Adc(name, base, services, pins=pins, irq=adc_irqs[irq], remapped=self.afio.trigger_moved)
+            for name, (base, irq) in ADCS.items()
+            if name in there
+        }
+        self.adcs["ADC1"].join(self.adcs["ADC2"])
         absent = absent_peripherals(services, self.DENSITY)
         self._rtc = next(peripheral for peripheral in absent if isinstance(peripheral, Rtc))
         self._others: tuple[Peripheral, ...] = (
@@ -185,6 +194,7 @@ class Stm32f103(BasicChip):
             Crc(0x4002_3000, services),
             *usarts,
             *self._timers,
+            *self.adcs.values(),
             *absent,
         )
 

@@ -16,7 +16,7 @@ from hilbench.benchfile.stimulus import Hold, Ramp, Reset, Send, Square, Stick, 
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.mcu.command_line import open_target
 from hilbench.mcu.emulated import EmulatedBench
-from hilbench.mcu.stimuli import FINEST_STEP_VOLTS, Stimuli
+from hilbench.mcu.stimuli import Stimuli
 from hilbench.mcu.stimulus_writer import StimulusWriter
 from hilbench.mcu.under_test import boards_under_test
 from targets.firmware import image_path
@@ -240,10 +240,16 @@ def test_a_ramp_is_where_it_should_be(emulate_again, ends, in_us, look):
     emulated.bench.run_for(0.001 + float(look) * in_us * 1e-6)
     volts = emulated.machines["brain"].chip.pins["PA0"].volts
     elapsed = (emulated.bench.now_ns - MS) / (in_us * 1000)
-    step = max(FINEST_STEP_VOLTS, abs(last - first) / in_us)
-    assert abs(volts - (first + (last - first) * elapsed)) <= 1.001 * step + abs(last - first) * CYCLE_NS / in_us / 1000
+    assert abs(volts - (first + (last - first) * elapsed)) <= 0.0001 + 2 * abs(last - first) * CYCLE_NS / in_us / 1000
     emulated.bench.run_for(0.001)
     assert emulated.machines["brain"].chip.pins["PA0"].volts == pytest.approx(last)
+
+
+def test_a_ramp_changes_the_level_where_it_passes_the_thresholds(stimulated):
+    """0.28 (VDD - 2 V) + 0.8 V and 0.41 (VDD - 2 V) + 1.3 V of 3.3 V (DS5319 section 5.3.14)."""
+    seen = Seen(stimulated("PA0=0V", "1ms:PA0=0V..3.3V/1ms", "3ms:PA0=3.3V..0V/1ms"))
+    up_ns, down_ns = (int(MS * part) for part in (1.833 / 3.3, 1 - 1.164 / 3.3))
+    about([edge for edge in seen.after(0.01) if edge[0] > MS], [(MS + up_ns, True), (3 * MS + down_ns, False)])
 
 
 @pytest.fixture(scope="module")

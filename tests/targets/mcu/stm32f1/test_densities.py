@@ -30,7 +30,6 @@ ABSENT_OF_HIGH = {
     "UART5": 0x4000_5000,
     "DAC": 0x4000_7400,
     "TIM8": 0x4001_3400,
-    "ADC3": 0x4001_3C00,
     "SDIO": 0x4001_8000,
     "DMA2": 0x4002_0400,
     "FSMC": 0xA000_0000,
@@ -98,7 +97,6 @@ def test_reset_values_of_what_is_missing(high):
         ("SPI3", "I2SPR"): 2,
         ("UART4", "SR"): 0xC0,
         ("UART5", "SR"): 0xC0,
-        ("ADC3", "HTR"): 0xFFF,
     }
     fsmc = high.chip.peripherals["FSMC"]
     assert [peek(fsmc, name) for name in ("BCR1", "BCR4", "BTR2", "PCR3", "SR2", "PATT4")] == [
