@@ -37,6 +37,7 @@ from targets.mcu.stm32f1.options import OPTIONS_BASE
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
 from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE, diagnose, system_memory
+from targets.mcu.stm32f1.spi import Spi
 from targets.mcu.stm32f1.usart import Usart
 from targets.mcu.timebase import Timebase
 
@@ -48,6 +49,7 @@ __all__ = ["Stm32f103", "stm32f103_with"]
 
 TIMERS = {"TIM1": 0x4001_2C00, "TIM2": 0x4000_0000, "TIM3": 0x4000_0400, "TIM4": 0x4000_0800}
 ADCS = {"ADC1": (0x4001_2400, 18), "ADC2": (0x4001_2800, 18), "ADC3": (0x4001_3C00, 47)}
+SPIS = {"SPI1": (0x4001_3000, "APB2", 35), "SPI2": (0x4000_3800, "APB1", 36), "SPI3": (0x4000_3C00, "APB1", 51)}
 USARTS = {"USART1": (0x4001_3800, "APB2", 37), "USART2": (0x4000_4400, "APB1", 38), "USART3": (0x4000_4800, "APB1", 39)}
 AHB_PERIPHERALS = frozenset({"DMA1", "DMA2", "SDIO", "FSMC", "RCC", "FLASH", "CRC"})
 # Behind the bridges an address without a peripheral reads 0 (a choice: the manual is silent); on AHB it is a bus error.
@@ -183,6 +185,11 @@ class Stm32f103(BasicChip):
             if name in there
         }
         self.adcs["ADC1"].join(self.adcs["ADC2"])
+        self.spis = {
+            name: Spi(name, base, services, bus=bus, irq=irq, has_i2s="SPI3" in there and name != "SPI1")
+            for name, (base, bus, irq) in SPIS.items()
+            if name in there
+        }
         absent = absent_peripherals(services, self.DENSITY)
         self._rtc = next(peripheral for peripheral in absent if isinstance(peripheral, Rtc))
         self._others: tuple[Peripheral, ...] = (
@@ -195,6 +202,7 @@ class Stm32f103(BasicChip):
             *usarts,
             *self._timers,
             *self.adcs.values(),
+            *self.spis.values(),
             *absent,
         )
 

@@ -25,7 +25,6 @@ ABSENT_OF_HIGH = {
     "TIM5": 0x4000_0C00,
     "TIM6": 0x4000_1000,
     "TIM7": 0x4000_1400,
-    "SPI3": 0x4000_3C00,
     "UART4": 0x4000_4C00,
     "UART5": 0x4000_5000,
     "DAC": 0x4000_7400,
@@ -92,9 +91,6 @@ def test_reset_values_of_what_is_missing(high):
     }
     assert nonzero == {
         **{(f"TIM{number}", "ARR"): 0xFFFF for number in (5, 6, 7, 8)},
-        ("SPI3", "SR"): 2,
-        ("SPI3", "CRCPR"): 7,
-        ("SPI3", "I2SPR"): 2,
         ("UART4", "SR"): 0xC0,
         ("UART5", "SR"): 0xC0,
     }
