@@ -37,6 +37,7 @@ __all__ = [
 
 PARTS: Mapping[str, str] = MappingProxyType(
     {
+        "at24c02": "targets.parts.at24c02:At24c02",
         "battery": "targets.parts.battery:Battery",
         "dc-motor": "targets.parts.dc_motor:DcMotor",
         "distance-switch": "targets.parts.distance_switch:DistanceSwitch",

@@ -5,7 +5,7 @@ before it has begun: the RTC is always synchronised, CAN enters and leaves
 its initialisation and sleep modes at once, on a bus on which nobody else answers.
 
 Registers: RM0008 sections 12 (DAC), 13 (DMA), 14, 15 and 17 (timers), 18 (RTC), 21 (FSMC), 22 (SDIO), 23
-(USB), 24 (bxCAN), 26 (I2C), 27 (USART).
+(USB), 24 (bxCAN), 27 (USART).
 """
 
 from __future__ import annotations
@@ -66,31 +66,6 @@ class Rtc(Absent):
     def read_ALRL(self) -> int:
         """Write-only."""
         return 0
-
-
-class I2c(Absent):
-    """An I2C interface: no event ever happens, and the bus is never busy."""
-
-    MISSING = "nothing is sent, no event happens"
-    REGISTERS = (
-        Register("CR1", 0x00, 0, 0xBFFB),
-        Register("CR2", 0x04, 0, 0x1F3F),
-        Register("OAR1", 0x08, 0, 0xC3FF),
-        Register("OAR2", 0x0C, 0, 0xFF),
-        Register("DR", 0x10, 0, 0xFF),
-        Register("SR1", 0x14, 0, 0),
-        Register("SR2", 0x18, 0, 0),
-        Register("CCR", 0x1C, 0, 0xCFFF),
-        Register("TRISE", 0x20, 0x02, 0x3F),
-    )
-
-    def write_CR1(self, value: int) -> None:
-        """SWRST holds the interface in its reset state."""
-        if value & 1 << 15:
-            self.reset()
-            self[0x00] = 1 << 15
-        else:
-            self[0x00] = value
 
 
 class Uart(Absent):
@@ -207,8 +182,6 @@ def absent_peripherals(services: Services, density: Density = MEDIUM) -> list[Pe
     """Return everything of an STM32F103 of a density that is not modelled, at its address (RM0008 table 3)."""
     everything = (
         Rtc("RTC", 0x4000_2800, services),
-        I2c("I2C1", 0x4000_5400, services),
-        I2c("I2C2", 0x4000_5800, services),
         Usb("USB", 0x4000_5C00, services),
         UsbMemory("USB_SRAM", 0x4000_6000, services),
         Can("CAN", 0x4000_6400, services),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
 from targets.mcu.bus import BIT_BAND, Bus
@@ -33,6 +34,7 @@ from targets.mcu.stm32f1.densities import HIGH, LOW, MEDIUM, Density, density_of
 from targets.mcu.stm32f1.dma import Dma
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import PADS, PADS_OF_HIGH_DENSITY, Gpio
+from targets.mcu.stm32f1.i2c import I2c
 from targets.mcu.stm32f1.options import OPTIONS_BASE
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
@@ -49,6 +51,7 @@ __all__ = ["Stm32f103", "stm32f103_with"]
 
 TIMERS = {"TIM1": 0x4001_2C00, "TIM2": 0x4000_0000, "TIM3": 0x4000_0400, "TIM4": 0x4000_0800}
 ADCS = {"ADC1": (0x4001_2400, 18), "ADC2": (0x4001_2800, 18), "ADC3": (0x4001_3C00, 47)}
+I2CS = {"I2C1": (0x4000_5400, 31), "I2C2": (0x4000_5800, 33)}
 SPIS = {"SPI1": (0x4001_3000, "APB2", 35), "SPI2": (0x4000_3800, "APB1", 36), "SPI3": (0x4000_3C00, "APB1", 51)}
 USARTS = {"USART1": (0x4001_3800, "APB2", 37), "USART2": (0x4000_4400, "APB1", 38), "USART3": (0x4000_4800, "APB1", 39)}
 AHB_PERIPHERALS = frozenset({"DMA1", "DMA2", "SDIO", "FSMC", "RCC", "FLASH", "CRC"})
@@ -190,6 +193,11 @@ class Stm32f103(BasicChip):
             for name, (base, bus, irq) in SPIS.items()
             if name in there
         }
+        self.i2cs = {
+            name: I2c(name, base, services, irq=irq, rx_left=partial(self.dma.left, f"{name}_RX"))
+            for name, (base, irq) in I2CS.items()
+            if name in there
+        }
         absent = absent_peripherals(services, self.DENSITY)
         self._rtc = next(peripheral for peripheral in absent if isinstance(peripheral, Rtc))
         self._others: tuple[Peripheral, ...] = (
@@ -203,6 +211,7 @@ class Stm32f103(BasicChip):
             *self._timers,
             *self.adcs.values(),
             *self.spis.values(),
+            *self.i2cs.values(),
             *absent,
         )
 

@@ -158,6 +158,11 @@ class Dma(PeripheralInC):
         """Return the request line of that name; one that no channel listens to goes nowhere."""
         return self._requests.setdefault(name, Request(self.in_c.block, _NOBODY))
 
+    def left(self, name: str) -> int:
+        """Return how many transfers the channel of a request has still to make."""
+        channel = next(number for number, names in REQUESTS.items() if name in names)
+        return self[_CHANNEL_SIZE * (channel - 1) + _CNDTR]
+
     def reset(self) -> None:
         """Go to the state after reset."""
         self._controller.reset()

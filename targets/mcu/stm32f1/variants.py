@@ -69,6 +69,7 @@ def _variant(name: ChipName) -> Variant:
         ram_bytes=ram_kb * _KB,
         pins=_PACKAGES[package],
         usarts=usarts,
+        i2cs=("I2C1",) if package == "T" or size in "46" else ("I2C1", "I2C2"),
         spis=("SPI1",)
         if package == "T" or size in "46"
         else ("SPI1", "SPI2", "SPI3")

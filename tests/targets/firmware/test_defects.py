@@ -30,6 +30,7 @@ from targets.mcu.stm32f1.bkp import Bkp
 from targets.mcu.stm32f1.crc import Crc
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import Gpio
+from targets.mcu.stm32f1.i2c import I2c
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
 from targets.mcu.stm32f1.spi import Spi
@@ -74,6 +75,20 @@ DEFECTS = [
     Defect("fast interleaved, ADC1 never comes", "adc", Dual, "_regular", "self._master.start_regular", "lambda: None"),
     Defect("the interrupt never comes", "adc", Adc, "_drive_irq", "self.unit.interrupt", "False"),
     Defect("the sensor is cold", "adc", Adc, "_volts_at", "self.internal.volts(channel)", "0.0"),
+    # --- I2C
+    Defect("SB stays", "i2c", I2c, "_write_address", "self[SR1] &= ~SB", "pass"),
+    Defect("SB does not wait", "i2c", I2c, "_started", "self._saw = 0", "self._saw = 0; self._wire.stop()"),
+    Defect("START stays", "i2c", I2c, "_started", "self[CR1] &= ~START", "pass"),
+    Defect("STOP stays", "i2c", I2c, "_stopped", "self[CR1] &= ~STOP", "pass"),
+    Defect("everybody acknowledges", "i2c", I2c, "_sent", "if not acknowledged:", "if False:"),
+    Defect("MSL is never set", "i2c", I2c, "_started", "MSL | BUSY", "BUSY"),
+    Defect("fast mode is as slow", "i2c", I2c, "_set_timing", "ccr & 1 << 15", "0"),
+    Defect("DUTY is not looked at", "i2c", I2c, "_set_timing", "ccr & 1 << 14", "0"),
+    Defect("no event interrupt", "i2c", I2c, "_update", "enables & ITEVTEN", "0"),
+    Defect("no error interrupt", "i2c", I2c, "_update", "enables & ITERREN", "0"),
+    Defect("AF is not cleared", "i2c", I2c, "write_SR1", "value | ~ERRORS", "-1"),
+    Defect("SWRST resets nothing", "i2c", I2c, "write_CR1", "self.reset()", "pass"),
+    Defect("PE frees nothing", "i2c", I2c, "write_CR1", "self._break_off()", "pass"),
     # --- SPI
     Defect("words take half as long", "spi", Spi, "_begin", "<< (control >> 3 & 7)", "<< (control >> 3 & 7) >> 1"),
     Defect("always eight bits", "spi", Spi, "_bits", "16 if self[CR1] & DFF else 8", "8"),

@@ -16,6 +16,7 @@ CHECKS = {
     "faults": 36,
     "flash": 50,
     "gpio": 46,
+    "i2c": 28,
     "iwdg": 23,
     "nvic": 88,
     "pwr-bkp": 22,

@@ -1,0 +1,396 @@
+"""I2C1 and I2C2 of the STM32F103 as masters (RM0008 section 26), event by event as drivers poll them.
+
+What happens on the wires, and when, is `targets.mcu.stm32.i2c_wire`'s, as for the later families. Here is what SR1 and
+SR2 say of it: EV5 (SB), EV6 (ADDR), EV8 (TXE), EV8_2 (BTF), EV7 (RXNE), EV9 (ADD10), and how each is cleared. Between
+two of them SCL stays low for as long as the program takes.
+
+Choices where the manual is silent:
+
+* SCL is high and low for what CCR says, edges take no time: TRISE is kept without effect.
+* ACK counts as it stands at the ninth clock; with POS as it stood at that of the byte before, and for the first byte at
+  the moment at which ADDR was cleared.
+* After a byte that was not acknowledged the master holds SCL low until START or STOP.
+* PE that is cleared in the middle of a transfer lets go of both lines at once.
+* A bus whose SDA something holds low is busy, until that is over or the interface was reset.
+
+Not modelled: slave mode, SMBus and PEC; they are noted when they are asked for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from typing import ClassVar
+
+from targets.mcu.i2c_bus import I2cBus
+from targets.mcu.registers import Peripheral, Register
+from targets.mcu.services import Services
+from targets.mcu.stm32.i2c_levels import I2cLevels
+from targets.mcu.stm32.i2c_timing import Timing
+from targets.mcu.stm32.i2c_wire import Wire
+
+__all__ = ["I2c"]
+
+CR1, CR2, OAR1, OAR2, DR, SR1, SR2, CCR, TRISE = range(0x00, 0x24, 4)
+
+PE, START, STOP, ACK, POS, SWRST = 1 << 0, 1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 15
+SMBUS = 1 << 1 | 1 << 3 | 1 << 4 | 1 << 5 | 1 << 12 | 1 << 13
+ITERREN, ITEVTEN, ITBUFEN, DMAEN, LAST = (1 << bit for bit in range(8, 13))
+SB, ADDR, BTF, ADD10, STOPF, RXNE, TXE = (1 << bit for bit in (0, 1, 2, 3, 4, 6, 7))
+BERR, ARLO, AF, OVR = (1 << bit for bit in range(8, 12))
+ERRORS, EVENTS = 0xDF00, SB | ADDR | BTF | ADD10 | STOPF
+MSL, BUSY, TRA = 1, 2, 4
+_HEADER, _HEADER_MASK = 0xF0, 0xF8
+_SLAVE = "slave mode is not modelled: nobody addresses this interface"
+
+
+class I2c(Peripheral):
+    """One of them.
+
+    Args:
+        name: ``I2C1``.
+        base: address of CR1.
+        services: what the chip offers. Used: both interrupts, requests ``I2C1_RX`` and ``I2C1_TX``, the pins' signals.
+        irq: number of the event interrupt; that of errors is the next one.
+        rx_left: returns how many bytes DMA has still to fetch, for LAST.
+
+    Attributes:
+        bus: what it is the master of.
+    """
+
+    REGISTERS: ClassVar[tuple[Register, ...]] = (
+        Register("CR1", CR1, 0, 0xBFFB, ignored=SMBUS, note="SMBus and PEC are not modelled"),
+        Register("CR2", CR2, 0, 0x1F3F),
+        Register("OAR1", OAR1, 0, 0xC3FF, note=_SLAVE),
+        Register("OAR2", OAR2, 0, 0xFF, note=_SLAVE),
+        Register("DR", DR, 0, 0xFF),
+        Register("SR1", SR1, 0, ERRORS),
+        Register("SR2", SR2, 0, 0),
+        Register("CCR", CCR, 0, 0xCFFF),
+        Register("TRISE", TRISE, 0x02, 0x3F, note="edges take no time"),
+    )
+
+    def __init__(
+        self, name: str, base: int, services: Services, *, irq: int, rx_left: Callable[[], int] = lambda: 0
+    ) -> None:
+        super().__init__(name, base, services)
+        self.bus = I2cBus()
+        self.bus.on_stuck = self._stuck_changed
+        self._pins = (services.output(f"{name}_SCL"), services.output(f"{name}_SDA"))
+        self._irq_event, self._irq_error = services.irq(irq), services.irq(irq + 1)
+        self._tx_request, self._rx_request = services.dma(f"{name}_TX"), services.dma(f"{name}_RX")
+        self._rx_left = rx_left
+        self._lines = (False, False, False, False)
+        self._wire = self._make_wire()
+        self._forget()
+
+    def _make_wire(self) -> Wire:
+        wire = Wire(self.time, self.bus)
+        wire.on_started = self._started
+        wire.on_sent = self._sent
+        wire.on_byte = self._byte_in
+        wire.on_received = self._received
+        wire.on_stop = self._stopped
+        wire.on_lost = self._lost
+        return wire
+
+    def _forget(self) -> None:
+        self._saw: int = 0  # flags that the last read of SR1 has shown
+        self._waiting: int | None = None  # what was written to DR and is not on its way yet
+        self._shifted: int | None = None  # a byte that came in while DR was full
+        self._next_ack = False
+        self._refused = False  # the last byte was not acknowledged, either way
+        self._address_bytes = 0  # of a 10-bit address that are still to come
+        self._in_data = False  # the address is through
+        self._arrived = 0  # the byte whose ninth clock is under way
+
+    # --- for who looks at it
+
+    def draw(self, on_edge: Callable[[str, int, bool], None]) -> None:
+        """Have `on_edge` called with ``scl`` or ``sda``, bench time in ns and level, from now on, in order of time."""
+        self._wire.levels = I2cLevels(lambda line, at, level: on_edge(line, self.time.ns(math.ceil(at)), level))
+
+    def undrawn_ns(self) -> int | None:
+        """Return the bench time from which on edges are still to be drawn; None if there are none."""
+        since = self._wire.undrawn
+        return None if since is None else self.time.ns(math.ceil(since))
+
+    def disturb(self, error: str) -> None:
+        """Have a fault of the bus seen: ``BERR`` (a misplaced condition), which changes nothing, or ``ARLO``."""
+        if error == "ARLO":
+            self._wire.release()
+            self._lost()
+        else:
+            self[SR1] |= BERR
+            self._update()
+
+    # --- what the chip calls
+
+    def reset(self) -> None:
+        """Go to the state after reset; the bus is let go."""
+        super().reset()
+        self._break_off()
+        self._set_timing()
+
+    def after_clock_change(self) -> None:
+        """Go on at the new rate."""
+        self._set_timing()
+
+    def _set_timing(self) -> None:
+        pclk = self.services.clocks.pclk("APB1") if self.clocked else 0
+        ccr, value = self[CCR], max(self[CCR] & 0xFFF, 1)
+        fast = ccr & 1 << 15
+        low, high = (1, 1) if not fast else (16, 9) if ccr & 1 << 14 else (2, 1)
+        low, high = low * value, high * value
+        timing = Timing(cycles=pclk, low=low, high=high, hold=high, restart=low + high, free=low)
+        self._wire.set_timing(timing if pclk else None)
+
+    def _break_off(self) -> None:
+        self._wire.release()
+        self._forget()
+        self[CR1] &= ~(START | STOP)
+        self[SR1] = self[SR2] = 0
+        self._stuck_changed()
+        self._update()
+
+    # --- registers
+
+    def write_CR1(self, value: int) -> None:
+        """Switch on and off; ask for START, STOP; acknowledge or not; be reset."""
+        before = self[CR1]
+        if value & SWRST:
+            self.reset()
+            self[CR1] = SWRST
+            return
+        self[CR1] = value | before & (START | STOP) if value & before & PE else value
+        if not value & PE:
+            if before & PE:
+                self._break_off()
+            self[CR1] = value & ~(START | STOP)
+        elif not before & PE:
+            self._switched_on()
+        self._proceed()
+        self._update()
+
+    def _switched_on(self) -> None:
+        pclk1_hz = self.time.hclk_hz / max(self.services.clocks.pclk("APB1"), 1)
+        if Fraction(self[CR2] & 0x3F) * 1_000_000 != pclk1_hz:
+            mhz = f"{float(pclk1_hz) / 1e6:g} MHz"
+            self.note(
+                "misuse", "CR2.FREQ", f"is {self[CR2] & 0x3F}, and PCLK1 is {mhz}: set-up and hold times are wrong"
+            )
+        self._stuck_changed()
+
+    def write_CR2(self, value: int) -> None:
+        """Enable interrupts and requests; say what PCLK1 is."""
+        self[CR2] = value
+        self._update()
+
+    def write_OAR1(self, value: int) -> None:
+        """Keep the own address; one other than 0 is noted."""
+        self[OAR1] = value
+        if value & 0xFE:
+            self.note("unmodelled", "OAR1", _SLAVE)
+
+    def write_OAR2(self, value: int) -> None:
+        """Keep the second own address; if it is enabled, that is noted."""
+        self[OAR2] = value
+        if value & 1:
+            self.note("unmodelled", "OAR2", _SLAVE)
+
+    def write_CCR(self, value: int) -> None:
+        """Set the bit clock."""
+        if self[CR1] & PE and value != self[CCR]:
+            self.note("misuse", "CCR", "may only be written while PE is 0")
+        self[CCR] = value
+        self._set_timing()
+
+    def read_SR1(self) -> int:
+        """Return the flags; ADDR, SB, ADD10 and BTF are cleared by what follows this."""
+        self._saw = self[SR1]
+        return self[SR1]
+
+    def write_SR1(self, value: int) -> None:
+        """Clear error flags by writing 0."""
+        self[SR1] &= value | ~ERRORS
+        self._update()
+
+    def read_SR2(self) -> int:
+        """Return the state of the bus; after a read of SR1 that showed ADDR, this clears ADDR."""
+        if self[SR1] & self._saw & ADDR:
+            self[SR1] &= ~ADDR
+            self._next_ack = bool(self[CR1] & ACK)
+            if self[SR2] & TRA:
+                self[SR1] |= TXE
+            self._proceed()
+            self._update()
+        return self[SR2]
+
+    def read_DR(self) -> int:
+        """Return the byte that came in last; one that waits behind it comes in then, and the bus goes on."""
+        value = self[DR]
+        if self[SR1] & RXNE:
+            self[SR1] &= ~(RXNE | BTF)
+            held, self._shifted = self._shifted, None
+            if held is not None:
+                self[DR] = held
+                self[SR1] |= RXNE
+            self._proceed()
+            self._update()
+        return value
+
+    def write_DR(self, value: int) -> None:
+        """Send an address after SB, the second byte of one after ADD10, or a byte."""
+        if not self[SR2] & MSL:
+            self.note("misuse", "DR", "written while the interface is no master: the byte goes nowhere")
+            return
+        if self[SR1] & SB:
+            self._write_address(value)
+        elif self[SR1] & ADD10:
+            self[SR1] &= ~ADD10
+            self._address_bytes = 0
+            self._wire.send(value)
+        elif self[SR2] & TRA:
+            self._waiting = value
+            self[SR1] &= ~(TXE | BTF)
+            self._proceed()
+        self._update()
+
+    def _write_address(self, value: int) -> None:
+        if not self._saw & SB:
+            self.note("misuse", "DR", "an address was written before SR1 was read: SB stays")
+            return
+        self[SR1] &= ~SB
+        self._in_data = False
+        self[SR2] = self[SR2] & ~TRA | (0 if value & 1 else TRA)
+        self._address_bytes = 1 if value & _HEADER_MASK == _HEADER and not value & 1 else 0
+        self._wire.send_address(value)
+
+    # --- what comes next
+
+    @property
+    def _rests(self) -> bool:
+        """Whether the master holds SCL low, and nothing but START, STOP or a byte is waited for."""
+        return bool(self[SR2] & MSL and not self._wire.busy and not self[SR1] & (SB | ADDR | ADD10))
+
+    def _proceed(self) -> None:
+        """Begin what can begin now."""
+        control = self[CR1]
+        if self._wire.busy or not control & PE:
+            return
+        if not self[SR2] & MSL:
+            if control & START and not self[SR2] & BUSY:
+                self._begin()
+        elif control & STOP and (self._rests or self[SR1] & (ADDR | SB)):
+            self[SR1] &= ~(SB | ADDR | ADD10 | BTF | TXE)
+            self._wire.stop()
+        elif self._rests:
+            self._go_on(bool(control & START))
+
+    def _go_on(self, again: bool) -> None:
+        if self[SR2] & TRA and self._waiting is not None and not self._refused:
+            byte, self._waiting = self._waiting, None
+            self[SR1] |= TXE
+            self._wire.send(byte)
+        elif again:
+            self[SR1] &= ~(BTF | TXE)
+            self._wire.restart()
+        elif not self[SR2] & TRA and not self._refused and self._shifted is None:
+            self._wire.receive()
+
+    def _begin(self) -> None:
+        if not all(pin.at_pin() for pin in self._pins):
+            text = "START was set, but SCL and SDA are not both at a pin: the bus does not move"
+            self.note("misuse", "CR1.START", text)
+            return
+        if not all(pin.open_drain() for pin in self._pins):
+            self.note("misuse", "SDA", "SCL and SDA are not both open-drain: no slave can pull them low")
+        self._wire.start()
+
+    # --- what the wire says
+
+    def _started(self) -> None:
+        self._refused = False
+        self._waiting = self._shifted = None
+        self[CR1] &= ~START
+        self[SR1] = self[SR1] & ~(TXE | BTF) | SB
+        self[SR2] = (self[SR2] | MSL | BUSY) & ~TRA
+        self._saw = 0
+        self._update()
+
+    def _sent(self, acknowledged: bool) -> None:
+        if not acknowledged:
+            self[SR1] |= AF
+            self._refused = True
+        elif not self._in_data:
+            self[SR1] |= ADD10 if self._address_bytes else ADDR
+            self._in_data = not self._address_bytes
+            self._saw = 0
+        elif self._waiting is None:
+            self[SR1] |= BTF
+        self._proceed()
+        self._update()
+
+    def _byte_in(self, byte: int) -> None:
+        self._arrived = byte
+        control = self[CR1]
+        acknowledge = self._next_ack if control & POS else bool(control & ACK)
+        self._next_ack = bool(control & ACK)
+        if self[CR2] & (DMAEN | LAST) == DMAEN | LAST and self._rx_left() - bool(self[SR1] & RXNE) == 1:
+            acknowledge = False
+        self._refused = not acknowledge
+        self._wire.acknowledge(acknowledge)
+
+    def _received(self) -> None:
+        if self[SR1] & RXNE:
+            self._shifted = self._arrived
+            self[SR1] |= BTF
+        else:
+            self[DR] = self._arrived
+            self[SR1] |= RXNE
+        self._proceed()
+        self._update()
+
+    def _stopped(self) -> None:
+        self[CR1] &= ~STOP
+        self[SR1] &= ~(TXE | SB | ADDR | ADD10 | (0 if self._shifted is not None else BTF))
+        self[SR2] = 0
+        self._in_data = False
+        self._stuck_changed()
+        self._proceed()
+        self._update()
+
+    def _lost(self) -> None:
+        """Another master, or something that holds SDA low, has won."""
+        self._forget()
+        self[SR1] = self[SR1] & ~(SB | ADDR | ADD10 | BTF | TXE) | ARLO
+        self[SR2] = 0
+        self._stuck_changed()
+        self._update()
+
+    def _stuck_changed(self) -> None:
+        if self[SR2] & MSL:
+            return
+        self[SR2] = BUSY if self.bus.stuck and self[CR1] & PE else 0
+        if self[CR1] & PE:
+            self._proceed()
+
+    # --- lines
+
+    def _update(self) -> None:
+        flags, enables = self[SR1], self[CR2]
+        dma = bool(enables & DMAEN)
+        lines = (
+            bool(enables & ITEVTEN and (flags & EVENTS or (enables & ITBUFEN and flags & (RXNE | TXE)))),
+            bool(enables & ITERREN and flags & ERRORS),
+            bool(dma and flags & TXE),
+            bool(dma and flags & RXNE),
+        )
+        if lines != self._lines:
+            self._lines = lines
+            event, error, tx, rx = lines
+            self._irq_event.set(event)
+            self._irq_error.set(error)
+            self._tx_request.set(tx)
+            self._rx_request.set(rx)
