@@ -382,7 +382,12 @@ DEFECTS = (
         "memory += peripheral_size",
     ),
     _dma("widths the wrong way round", "13.4.3", "PSIZE = 8, MSIZE = 10", "PSIZE = 10, MSIZE = 8"),
-    _dma("interrupts without their enables", "13.3.6", "flags(dma, n) & registers(dma, n)[CCR]", "flags(dma, n)"),
+    _dma(
+        "interrupts without their enables",
+        "13.3.6",
+        "flags(dma, other) & registers(dma, other)[CCR]",
+        "flags(dma, other)",
+    ),
     _dma("a channel with nothing left goes on", "13.4.4", "r[CCR] & EN && r[CNDTR] && (", "r[CCR] & EN && ("),
     _port(
         "BSRR: reset wins",

@@ -9,7 +9,7 @@ published board support polls for that, and a change of another field that reads
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -94,6 +94,23 @@ FIXED: Mapping[str, str] = {
     "USART1_RTS": "PA12",
     "TIM3_ETR": "PD2",
     "TIM4_ETR": "PE0",
+    "TIM5_CH1": "PA0",
+    "TIM5_CH2": "PA1",
+    "TIM5_CH3": "PA2",
+    "TIM5_CH4": "PA3",
+    "TIM8_CH1": "PC6",
+    "TIM8_CH2": "PC7",
+    "TIM8_CH3": "PC8",
+    "TIM8_CH4": "PC9",
+    "TIM8_CH1N": "PA7",
+    "TIM8_CH2N": "PB0",
+    "TIM8_CH3N": "PB1",
+    "TIM8_ETR": "PA0",
+    "TIM8_BKIN": "PA6",
+    "UART4_TX": "PC10",
+    "UART4_RX": "PC11",
+    "UART5_TX": "PC12",
+    "UART5_RX": "PD2",
     "I2C1_SMBA": "PB5",
     "I2C2_SCL": "PB10",
     "I2C2_SDA": "PB11",
@@ -120,6 +137,7 @@ _DEBUG_PINS = {
 
 _SWJ_CFG = 0b111 << 24
 _PD01_REMAP = 1 << 15
+_TIM5CH4_IREMAP = 1 << 16
 _EVOE = 1 << 7
 _PORTS = "ABCDEFG"
 _MAPR2 = Register("MAPR2", 0x1C, writable=1 << 10, ignored=1 << 10, note="FSMC_NADV: there is no FSMC")
@@ -137,6 +155,9 @@ class Afio(Peripheral):
         shared_oscillator_pins: whether PD0 and PD1 are the pins of the oscillator unless PD01_REMAP is set, as they are
             on packages of up to 64 pins (RM0008 section 9.3.3).
         has_mapr2: the chip has an FSMC, and a register for its NADV.
+
+    Attributes:
+        on_tim5_ch4: called with whether channel 4 of TIM5 is tied to the LSI, after a change.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
@@ -151,9 +172,8 @@ class Afio(Peripheral):
             "MAPR",
             0x04,
             writable=0x071F_FFFF,
-            ignored=0x001F_0000,
-            note="TIM5CH4_IREMAP and the ADC's trigger remaps are remembered without effect; "
-            "SWJ_CFG reads as written (choice)",
+            ignored=0x001E_0000,
+            note="the ADC's trigger remaps are remembered without effect; SWJ_CFG reads as written (choice)",
         ),
         Register("EXTICR1", 0x08, writable=0xFFFF),
         Register("EXTICR2", 0x0C, writable=0xFFFF),
@@ -179,6 +199,7 @@ class Afio(Peripheral):
         self._signals = signals
         self._debug_pins: tuple[str, ...] = ()
         self._event_out = signals.output("EVENTOUT")
+        self.on_tim5_ch4: Callable[[bool], None] = lambda _inside: None
         for signal, pin in FIXED.items():
             signals.route(signal, pin)
         self.reset()
@@ -194,6 +215,7 @@ class Afio(Peripheral):
             self._route(remap.pins[0])
         self._give_debug_pins(_DEBUG_PINS[0])
         self._give_oscillator_pins(remapped=False)
+        self.on_tim5_ch4(False)
         for line in range(16):
             self._signals.route(f"EXTI{line}", f"PA{line}")
         self._signals.route("EVENTOUT", None)
@@ -215,6 +237,8 @@ class Afio(Peripheral):
                 self.note("reserved", f"MAPR.{remap.field}", f"the value {field:#04b} is reserved: nothing is moved")
         if (old ^ value) & _PD01_REMAP:
             self._give_oscillator_pins(remapped=bool(value & _PD01_REMAP))
+        if (old ^ value) & _TIM5CH4_IREMAP:
+            self.on_tim5_ch4(bool(value & _TIM5CH4_IREMAP))
         kept = _DEBUG_PINS.get((value & _SWJ_CFG) >> 24)
         if kept is not None:
             self._give_debug_pins(kept)

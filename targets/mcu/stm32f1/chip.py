@@ -15,11 +15,12 @@ from targets.mcu.cortexm.kinds import CORTEX_M3
 from targets.mcu.fidelity import Notes
 from targets.mcu.pins import Pins
 from targets.mcu.registers import Peripheral
-from targets.mcu.services import DmaRequest, Services
+from targets.mcu.services import DmaRequest, InputSignal, Services
 from targets.mcu.signals import Signals
 from targets.mcu.stm32 import exti
 from targets.mcu.stm32.chip import BasicChip
 from targets.mcu.stm32.tim import Timer
+from targets.mcu.stm32.tim.kinds import HIGH_DENSITY_KINDS
 from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f1.absent import Rtc, absent_peripherals
@@ -27,16 +28,18 @@ from targets.mcu.stm32f1.afio import Afio
 from targets.mcu.stm32f1.bkp import Bkp
 from targets.mcu.stm32f1.clocks import ClockTree
 from targets.mcu.stm32f1.crc import Crc
+from targets.mcu.stm32f1.dac import Dac
 from targets.mcu.stm32f1.dbgmcu import Dbgmcu
 from targets.mcu.stm32f1.densities import HIGH, LOW, MEDIUM, Density, density_of
 from targets.mcu.stm32f1.dma import Dma
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import PADS, PADS_OF_HIGH_DENSITY, Gpio
+from targets.mcu.stm32f1.input_choice import InputChoice
 from targets.mcu.stm32f1.options import OPTIONS_BASE
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
 from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE, diagnose, system_memory
-from targets.mcu.stm32f1.usart import Usart
+from targets.mcu.stm32f1.usart import Uart4, Uart5, Usart
 from targets.mcu.timebase import Timebase
 
 if TYPE_CHECKING:
@@ -45,8 +48,23 @@ if TYPE_CHECKING:
 
 __all__ = ["Stm32f103", "stm32f103_with"]
 
-TIMERS = {"TIM1": 0x4001_2C00, "TIM2": 0x4000_0000, "TIM3": 0x4000_0400, "TIM4": 0x4000_0800}
-USARTS = {"USART1": (0x4001_3800, "APB2", 37), "USART2": (0x4000_4400, "APB1", 38), "USART3": (0x4000_4800, "APB1", 39)}
+TIMERS = {
+    "TIM1": 0x4001_2C00,
+    "TIM2": 0x4000_0000,
+    "TIM3": 0x4000_0400,
+    "TIM4": 0x4000_0800,
+    "TIM5": 0x4000_0C00,
+    "TIM6": 0x4000_1000,
+    "TIM7": 0x4000_1400,
+    "TIM8": 0x4001_3400,
+}
+USARTS: Mapping[str, tuple[type[Usart], int, str, int]] = {
+    "USART1": (Usart, 0x4001_3800, "APB2", 37),
+    "USART2": (Usart, 0x4000_4400, "APB1", 38),
+    "USART3": (Usart, 0x4000_4800, "APB1", 39),
+    "UART4": (Uart4, 0x4000_4C00, "APB1", 52),
+    "UART5": (Uart5, 0x4000_5000, "APB1", 53),
+}
 AHB_PERIPHERALS = frozenset({"DMA1", "DMA2", "SDIO", "FSMC", "RCC", "FLASH", "CRC"})
 # Behind the bridges an address without a peripheral reads 0 (a choice: the manual is silent); on AHB it is a bus error.
 BRIDGES = ((0x4000_0000, 0x1_0000), (0x4001_0000, 0x8000))
@@ -115,7 +133,7 @@ class Stm32f103(BasicChip):
         for base, size in BRIDGES:
             bus.add_quiet(base, size)
         self._tie(self.DENSITY.gates, backup=(self.bkp, self._rtc))
-        self.rcc.on_clock_failure = self._timers[0].clock_failed
+        self.rcc.on_clock_failure = self._clock_failed
         self._pull_pins(board, straps)
 
     def _make_core_parts(self, board: Board) -> None:
@@ -155,7 +173,8 @@ class Stm32f103(BasicChip):
     def _make_peripherals(self, board: Board) -> None:
         """Everything else."""
         services, pins, there = self.services, self.pins, self.DENSITY.gates
-        self.dma = Dma("DMA1", 0x4002_0000, services)
+        addresses = {"DMA1": 0x4002_0000, "DMA2": 0x4002_0400}
+        self._dmas = [Dma(name, base, services) for name, base in addresses.items() if name in there]
         self.exti = exti.Exti("EXTI", 0x4001_0400, services, exti.STM32F1)
         addresses = {f"GPIO{port}": 0x4001_0800 + 0x400 * index for index, port in enumerate("ABCDEFG")}
         ports = [Gpio(name, base, services, pins) for name, base in addresses.items() if name in there]
@@ -170,10 +189,12 @@ class Stm32f103(BasicChip):
             has_mapr2="FSMC" in there,
         )
         usarts = [
-            Usart(name, base, services, bus=bus, irq=irq) for name, (base, bus, irq) in USARTS.items() if name in there
+            kind(name, base, services, bus=bus, irq=irq)
+            for name, (kind, base, bus, irq) in USARTS.items()
+            if name in there
         ]
         self.usarts = {usart.name: usart for usart in usarts}
-        self._timers = [Timer(name, base, services) for name, base in TIMERS.items() if name in there]
+        self._timers = self._make_timers()
         absent = absent_peripherals(services, self.DENSITY)
         self._rtc = next(peripheral for peripheral in absent if isinstance(peripheral, Rtc))
         self._others: tuple[Peripheral, ...] = (
@@ -181,15 +202,38 @@ class Stm32f103(BasicChip):
             self.afio,
             self.exti,
             self.wwdg,
-            self.dma,
+            *self._dmas,
             Crc(0x4002_3000, services),
             *usarts,
             *self._timers,
+            *([Dac(0x4000_7400, services, pins)] if "DAC" in there else []),
             *absent,
         )
 
+    def _make_timers(self) -> list[Timer]:
+        """Return the timers; AFIO may tie channel 4 of TIM5 to the LSI."""
+        there, services = self.DENSITY.gates, self.services
+        if "TIM5" not in there:
+            return [Timer(name, base, services) for name, base in TIMERS.items() if name in there]
+        channel_4 = InputChoice(self.signals.input("TIM5_CH4"), self.signals.input("LSI"))
+        self.afio.on_tim5_ch4 = lambda inside: channel_4.choose(inside=inside)
+
+        def tied(name: str) -> InputSignal:
+            return channel_4 if name == "TIM5_CH4" else self.signals.input(name)
+
+        of_tim5 = replace(services, input=tied)
+        return [
+            Timer(name, base, of_tim5 if name == "TIM5" else services, HIGH_DENSITY_KINDS[name])
+            for name, base in TIMERS.items()
+        ]
+
+    def _clock_failed(self) -> None:
+        for timer in self._timers:
+            if timer.kind.advanced:
+                timer.clock_failed()
+
     def _dma_request(self, name: str) -> DmaRequest:
-        return self.dma.request(name)
+        return next((dma for dma in self._dmas if dma.serves(name)), self._dmas[0]).request(name)
 
     # --- for the machine
 

@@ -70,7 +70,10 @@ class Rcc(ClassicRcc):
     READY = MappingProxyType(ready_bits(BDCR, CSR))
     RESET_FLAGS = 0xFC00_0000
     CAUSES = MappingProxyType(CAUSES)
-    CLOCK_OUTPUTS = (Choice(name="MCO", shift=24, clocks=(*[None] * 4, "SYSCLK", "HSI", "HSE", "PLL/2")),)
+    CLOCK_OUTPUTS = (
+        Choice(name="MCO", shift=24, clocks=(*[None] * 4, "SYSCLK", "HSI", "HSE", "PLL/2")),
+        Choice(name="LSI", shift=0, clocks=("LSI",)),  # inside the chip: TIM5 may measure it
+    )
 
     def __init__(
         self,
@@ -144,6 +147,11 @@ class Rcc(ClassicRcc):
     def _pll_runs_on_hse(self) -> bool:
         return bool(self[CFGR] & PLLSRC)
 
+    def _on_ready(self, name: str, ready: bool) -> None:
+        super()._on_ready(name, ready)
+        if name == "LSI":
+            self._outputs[-1].follow(self[CFGR], {"LSI": self.lsi_hz if ready else Fraction(0)})
+
     def _check_pll(self) -> None:
         mhz = pll_hz(self[CFGR], self.hse_hz) / 1_000_000
         if not 16 <= mhz <= 72:  # DS5319, PLL characteristics
@@ -170,6 +178,7 @@ class Rcc(ClassicRcc):
             "SYSCLK": rates.sysclk,
             "HSI": HSI_HZ if self._hsi.ready else none,
             "HSE": self.hse_hz if self._hse.ready else none,
+            "LSI": self.lsi_hz if self._lsi.ready else none,
             "PLL/2": pll_hz(self[CFGR], self.hse_hz) / 2 if self._pll.ready else none,
         }
         self._put_out(self[CFGR], clocks, stopped=halted)

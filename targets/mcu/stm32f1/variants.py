@@ -60,8 +60,11 @@ _SIZES_KB = {"4": (16, 6), "6": (32, 10), "8": (64, 20), "B": (128, 20), "C": (2
 def _variant(name: ChipName) -> Variant:
     package, size = name[-2], name[-1]
     flash_kb, ram_kb = _SIZES_KB[size]
-    # UART4 and UART5 of high density are not modelled (`targets.mcu.stm32f1.absent`).
-    usarts = ("USART1", "USART2") if package == "T" or size in "46" else ("USART1", "USART2", "USART3")
+    usarts: tuple[str, ...] = ("USART1", "USART2")
+    if package != "T" and size not in "46":
+        usarts += ("USART3",)
+    if size in "CDE":
+        usarts += ("UART4", "UART5")
     return Variant(
         name=name,
         family="stm32f1",
