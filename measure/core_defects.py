@@ -29,7 +29,7 @@ STM32 = "tests/targets/mcu/stm32"
 # What tests a peripheral in C, by the beginning of its files' names: self-tests on a board, and files.
 PERIPHERALS = {
     "usart": ("usart", [f"{STM32}f1/usart"]),
-    "dma": ("dma", [f"{STM32}f1/dma"]),
+    "dma": ("dma or high-density", [f"{STM32}f1/dma"]),
     "port": (
         "gpio or pins",
         [f"{STM32}f1/test_gpio.py", f"{STM32}/test_gpio_v2.py", f"{STM32}f1/test_gpio_latches.py"],
@@ -388,6 +388,8 @@ DEFECTS = (
         "flags(dma, other) & registers(dma, other)[CCR]",
         "flags(dma, other)",
     ),
+    _dma("channel 5 has an interrupt of its own", "table 63", "n < dma->irqs ? n : dma->irqs - 1", "n"),
+    _dma("a shared interrupt is that of the last", "table 63", "level |= (flags", "level = (flags"),
     _dma("a channel with nothing left goes on", "13.4.4", "r[CCR] & EN && r[CNDTR] && (", "r[CCR] & EN && ("),
     _port(
         "BSRR: reset wins",

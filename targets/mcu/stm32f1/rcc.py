@@ -147,11 +147,6 @@ class Rcc(ClassicRcc):
     def _pll_runs_on_hse(self) -> bool:
         return bool(self[CFGR] & PLLSRC)
 
-    def _on_ready(self, name: str, ready: bool) -> None:
-        super()._on_ready(name, ready)
-        if name == "LSI":
-            self._outputs[-1].follow(self[CFGR], {"LSI": self.lsi_hz if ready else Fraction(0)})
-
     def _check_pll(self) -> None:
         mhz = pll_hz(self[CFGR], self.hse_hz) / 1_000_000
         if not 16 <= mhz <= 72:  # DS5319, PLL characteristics
