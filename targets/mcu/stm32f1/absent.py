@@ -18,7 +18,6 @@ from targets.mcu.stm32f1.densities import MEDIUM, Density
 __all__ = ["Rtc", "absent_peripherals"]
 
 HALF = 0xFFFF
-_WITHOUT_A_GATE = ("RTC", "USB_SRAM")  # of their own
 
 
 class Rtc(Absent):
@@ -165,6 +164,13 @@ class Fsmc(Absent):
     )
 
 
+class Cec(Absent):
+    """The HDMI-CEC controller of the value line (RM0041 section 24): nothing is sent, nothing arrives."""
+
+    MISSING = "nothing is sent, nothing arrives"
+    REGISTERS = registers("CFGR OAR PRES ESR: CSR TXD RXD:")
+
+
 class Usb(Absent):
     """The USB device interface with no host at the other end: no reset, no frame, no packet."""
 
@@ -221,6 +227,7 @@ def absent_peripherals(services: Services, density: Density = MEDIUM) -> list[Pe
         Usb("USB", 0x4000_5C00, services),
         UsbMemory("USB_SRAM", 0x4000_6000, services),
         Can("CAN", 0x4000_6400, services),
+        Cec("CEC", 0x4000_7800, services),
         Adc("ADC1", 0x4001_2400, services),
         Adc("ADC2", 0x4001_2800, services),
         Spi("SPI1", 0x4001_3000, services),
@@ -229,4 +236,5 @@ def absent_peripherals(services: Services, density: Density = MEDIUM) -> list[Pe
         Sdio("SDIO", 0x4001_8000, services),
         Fsmc("FSMC", 0xA000_0000, services),
     )
-    return [part for part in everything if part.name in density.gates or part.name in _WITHOUT_A_GATE]
+    gated_by = {"USB_SRAM": "USB"}
+    return [part for part in everything if part.name == "RTC" or gated_by.get(part.name, part.name) in density.gates]

@@ -19,7 +19,7 @@ from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
 from targets.mcu.signals import Signals
 
-__all__ = ["FIXED", "REMAPS", "Afio", "Remap"]
+__all__ = ["FIXED", "REMAPS", "VALUE_LINE_REMAPS", "Afio", "Remap"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +88,13 @@ REMAPS = (
 )
 """The fields of AFIO_MAPR that move signals, and where to."""
 
+VALUE_LINE_REMAPS = (
+    Remap("TIM15_REMAP", 0, 1, dict(enumerate(_signals("TIM15", "CH1 CH2", "PA2 PA3", "PB14 PB15")))),
+    Remap("TIM16_REMAP", 1, 1, dict(enumerate(_signals("TIM16", "CH1", "PB8", "PA6")))),
+    Remap("TIM17_REMAP", 2, 1, dict(enumerate(_signals("TIM17", "CH1", "PB9", "PA7")))),
+)
+"""The same of AFIO_MAPR2 of the value line (RM0041 section 7.4.7)."""
+
 FIXED: Mapping[str, str] = {
     "USART1_CK": "PA8",
     "USART1_CTS": "PA11",
@@ -107,6 +114,12 @@ FIXED: Mapping[str, str] = {
     "TIM8_CH3N": "PB1",
     "TIM8_ETR": "PA0",
     "TIM8_BKIN": "PA6",
+    "TIM15_CH1N": "PB15",
+    "TIM15_BKIN": "PA9",
+    "TIM16_CH1N": "PB6",
+    "TIM16_BKIN": "PB5",
+    "TIM17_CH1N": "PB7",
+    "TIM17_BKIN": "PA10",
     "UART4_TX": "PC10",
     "UART4_RX": "PC11",
     "UART5_TX": "PC12",
@@ -141,6 +154,14 @@ _TIM5CH4_IREMAP = 1 << 16
 _EVOE = 1 << 7
 _PORTS = "ABCDEFG"
 _MAPR2 = Register("MAPR2", 0x1C, writable=1 << 10, ignored=1 << 10, note="FSMC_NADV: there is no FSMC")
+_MAPR2_OF_VALUE_LINE = Register(
+    "MAPR2",
+    0x1C,
+    writable=0x1F,
+    ignored=0x18,
+    fidelity=Fidelity.PARTLY,
+    note="CEC and the requests of TIM1 to DMA are not moved",
+)
 
 
 class Afio(Peripheral):
@@ -155,6 +176,7 @@ class Afio(Peripheral):
         shared_oscillator_pins: whether PD0 and PD1 are the pins of the oscillator unless PD01_REMAP is set, as they are
             on packages of up to 64 pins (RM0008 section 9.3.3).
         has_mapr2: the chip has an FSMC, and a register for its NADV.
+        value_line: it has the second register of the value line.
 
     Attributes:
         on_tim5_ch4: called with whether channel 4 of TIM5 is tied to the LSI, after a change.
@@ -191,8 +213,10 @@ class Afio(Peripheral):
         *,
         shared_oscillator_pins: bool = True,
         has_mapr2: bool = False,
+        value_line: bool = False,
     ) -> None:
-        self._more = (_MAPR2,) if has_mapr2 else ()
+        self._more = (_MAPR2_OF_VALUE_LINE,) if value_line else (_MAPR2,) if has_mapr2 else ()
+        self._remaps2 = VALUE_LINE_REMAPS if value_line else ()
         super().__init__(name, base, services)
         self._shared_oscillator_pins = shared_oscillator_pins
         self._pins = pins
@@ -211,7 +235,7 @@ class Afio(Peripheral):
     def reset(self) -> None:
         """Every signal goes to its default pin, all debug pins to the debug port, every EXTI line to port A."""
         super().reset()
-        for remap in REMAPS:
+        for remap in (*REMAPS, *self._remaps2):
             self._route(remap.pins[0])
         self._give_debug_pins(_DEBUG_PINS[0])
         self._give_oscillator_pins(remapped=False)
@@ -227,14 +251,7 @@ class Afio(Peripheral):
         """Move signals, and keep or free the pins of the debug port."""
         old = self[0x04]
         self[0x04] = value
-        for remap in REMAPS:
-            field = value >> remap.shift & remap.mask
-            if field == old >> remap.shift & remap.mask:
-                continue
-            if field in remap.pins:
-                self._route(remap.pins[field])
-            else:
-                self.note("reserved", f"MAPR.{remap.field}", f"the value {field:#04b} is reserved: nothing is moved")
+        self._remap(REMAPS, old, value)
         if (old ^ value) & _PD01_REMAP:
             self._give_oscillator_pins(remapped=bool(value & _PD01_REMAP))
         if (old ^ value) & _TIM5CH4_IREMAP:
@@ -242,6 +259,22 @@ class Afio(Peripheral):
         kept = _DEBUG_PINS.get((value & _SWJ_CFG) >> 24)
         if kept is not None:
             self._give_debug_pins(kept)
+
+    def write_MAPR2(self, value: int) -> None:
+        """Move signals."""
+        old = self[0x1C]
+        self[0x1C] = value
+        self._remap(self._remaps2, old, value)
+
+    def _remap(self, remaps: Iterable[Remap], old: int, value: int) -> None:
+        for remap in remaps:
+            field = value >> remap.shift & remap.mask
+            if field == old >> remap.shift & remap.mask:
+                continue
+            if field in remap.pins:
+                self._route(remap.pins[field])
+            else:
+                self.note("reserved", f"MAPR.{remap.field}", f"the value {field:#04b} is reserved: nothing is moved")
 
     def read_MAPR(self) -> int:
         """All as written."""

@@ -1,10 +1,11 @@
-"""The STM32F103 of low, medium and high density: where the peripherals are, and how they are tied together.
+"""The STM32F103, and the STM32F100 up to medium density: where the peripherals are, and how they are tied together.
 
 Addresses: RM0008 table 3. Interrupts: RM0008 table 63. Which peripherals there are: `targets.mcu.stm32f1.densities`.
 """
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
@@ -13,14 +14,16 @@ from targets.mcu.bus import BIT_BAND, Bus
 from targets.mcu.chip import AskReset, Boot, MakeCore, Memory
 from targets.mcu.cortexm.kinds import CORTEX_M3
 from targets.mcu.fidelity import Notes
+from targets.mcu.irq_lines import IrqLines
 from targets.mcu.pins import Pins
 from targets.mcu.registers import Peripheral
-from targets.mcu.services import DmaRequest, InputSignal, Services
+from targets.mcu.services import DmaRequest, InputSignal, IrqLine, Services
 from targets.mcu.signals import Signals
 from targets.mcu.stm32 import exti
 from targets.mcu.stm32.chip import BasicChip
 from targets.mcu.stm32.tim import Timer
-from targets.mcu.stm32.tim.kinds import HIGH_DENSITY_KINDS
+from targets.mcu.stm32.tim.kinds import HIGH_DENSITY_KINDS, KINDS, Kind
+from targets.mcu.stm32.tim.value_line_kinds import VALUE_LINE_KINDS
 from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f1.absent import Rtc, absent_peripherals
@@ -30,8 +33,8 @@ from targets.mcu.stm32f1.clocks import ClockTree
 from targets.mcu.stm32f1.crc import Crc
 from targets.mcu.stm32f1.dac import Dac
 from targets.mcu.stm32f1.dbgmcu import Dbgmcu
-from targets.mcu.stm32f1.densities import HIGH, LOW, MEDIUM, Density, density_of
-from targets.mcu.stm32f1.dma import Dma
+from targets.mcu.stm32f1.densities import HIGH, LOW, LOW_VALUE, MEDIUM, MEDIUM_VALUE, Density, density_of
+from targets.mcu.stm32f1.dma import VALUE_LINE_DMA1, Dma
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import PADS, PADS_OF_HIGH_DENSITY, Gpio
 from targets.mcu.stm32f1.input_choice import InputChoice
@@ -39,14 +42,15 @@ from targets.mcu.stm32f1.options import OPTIONS_BASE
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
 from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE, diagnose, system_memory
-from targets.mcu.stm32f1.usart import Uart4, Uart5, Usart
+from targets.mcu.stm32f1.usart import Uart4, Uart5, Usart, ValueLineUsart
 from targets.mcu.timebase import Timebase
+from targets.mcu.variant import Variant
 
 if TYPE_CHECKING:
     from targets.boards import Board
     from targets.boards.board import Straps
 
-__all__ = ["Stm32f103", "stm32f103_with"]
+__all__ = ["Stm32f103", "chip_of"]
 
 TIMERS = {
     "TIM1": 0x4001_2C00,
@@ -57,6 +61,9 @@ TIMERS = {
     "TIM6": 0x4000_1000,
     "TIM7": 0x4000_1400,
     "TIM8": 0x4001_3400,
+    "TIM15": 0x4001_4000,
+    "TIM16": 0x4001_4400,
+    "TIM17": 0x4001_4800,
 }
 USARTS: Mapping[str, tuple[type[Usart], int, str, int]] = {
     "USART1": (Usart, 0x4001_3800, "APB2", 37),
@@ -69,6 +76,7 @@ AHB_PERIPHERALS = frozenset({"DMA1", "DMA2", "SDIO", "FSMC", "RCC", "FLASH", "CR
 # Behind the bridges an address without a peripheral reads 0 (a choice: the manual is silent); on AHB it is a bus error.
 BRIDGES = ((0x4000_0000, 0x1_0000), (0x4001_0000, 0x8000))
 RAM_BASE = 0x2000_0000
+_SHARED_IRQS = (24, 25, 26)  # of the value line
 
 
 class Stm32f103(BasicChip):
@@ -76,11 +84,15 @@ class Stm32f103(BasicChip):
 
     Attributes:
         DENSITY: what devices of its density have.
+        TIMER_KINDS: its timers.
+        USART_KIND: its USARTs, but for the UARTs.
     """
 
     START_HZ = 8_000_000  # HSI
     CORE = CORTEX_M3
     DENSITY: ClassVar[Density] = MEDIUM
+    TIMER_KINDS: ClassVar[Mapping[str, Kind]] = KINDS
+    USART_KIND: ClassVar[type[Usart]] = Usart
     # The last is the private peripheral bus.
     REGISTER_WINDOWS: ClassVar[tuple[tuple[int, int], ...]] = (
         (0x4000_0000, 0x1_8000),
@@ -174,7 +186,12 @@ class Stm32f103(BasicChip):
         """Everything else."""
         services, pins, there = self.services, self.pins, self.DENSITY.gates
         addresses = {"DMA1": 0x4002_0000, "DMA2": 0x4002_0400}
-        self._dmas = [Dma(name, base, services) for name, base in addresses.items() if name in there]
+        value_line = self.DENSITY.value_line
+        self._dmas = [
+            Dma(name, base, services, VALUE_LINE_DMA1 if value_line else None)
+            for name, base in addresses.items()
+            if name in there
+        ]
         self.exti = exti.Exti("EXTI", 0x4001_0400, services, exti.STM32F1)
         addresses = {f"GPIO{port}": 0x4001_0800 + 0x400 * index for index, port in enumerate("ABCDEFG")}
         ports = [Gpio(name, base, services, pins) for name, base in addresses.items() if name in there]
@@ -187,9 +204,10 @@ class Stm32f103(BasicChip):
             self.signals,
             shared_oscillator_pins="PE0" not in board.variant.pins,
             has_mapr2="FSMC" in there,
+            value_line=value_line,
         )
         usarts = [
-            kind(name, base, services, bus=bus, irq=irq)
+            (self.USART_KIND if kind is Usart else kind)(name, base, services, bus=bus, irq=irq)
             for name, (kind, base, bus, irq) in USARTS.items()
             if name in there
         ]
@@ -206,15 +224,16 @@ class Stm32f103(BasicChip):
             Crc(0x4002_3000, services),
             *usarts,
             *self._timers,
-            *([Dac(0x4000_7400, services, pins)] if "DAC" in there else []),
+            *([Dac(0x4000_7400, services, pins, value_line=value_line)] if "DAC" in there else []),
             *absent,
         )
 
     def _make_timers(self) -> list[Timer]:
         """Return the timers; AFIO may tie channel 4 of TIM5 to the LSI."""
-        there, services = self.DENSITY.gates, self.services
-        if "TIM5" not in there:
-            return [Timer(name, base, services) for name, base in TIMERS.items() if name in there]
+        services, kinds = self.services, self.TIMER_KINDS
+        addresses = {name: base for name, base in TIMERS.items() if name in self.DENSITY.gates}
+        if "TIM5" not in addresses:
+            return [Timer(name, base, services, kinds[name]) for name, base in addresses.items()]
         channel_4 = InputChoice(self.signals.input("TIM5_CH4"), self.signals.input("LSI"))
         self.afio.on_tim5_ch4 = lambda inside: channel_4.choose(inside=inside)
 
@@ -223,8 +242,7 @@ class Stm32f103(BasicChip):
 
         of_tim5 = replace(services, input=tied)
         return [
-            Timer(name, base, of_tim5 if name == "TIM5" else services, HIGH_DENSITY_KINDS[name])
-            for name, base in TIMERS.items()
+            Timer(name, base, of_tim5 if name == "TIM5" else services, kinds[name]) for name, base in addresses.items()
         ]
 
     def _clock_failed(self) -> None:
@@ -278,11 +296,38 @@ class HighDensity(Stm32f103):
         (0xE000_0000, 0x10_0000),
     )
     DENSITY = HIGH
+    TIMER_KINDS = HIGH_DENSITY_KINDS
 
 
-_CHIPS = (LowDensity, Stm32f103, HighDensity)
+class MediumValueLine(Stm32f103):
+    """An STM32F100 of medium density; see `targets.mcu.chip.Chip`.
+
+    TIM1 shares interrupts with TIM15 to TIM17, and TIM6 with the DAC, which has none here (RM0041 table 50).
+    """
+
+    CORE = replace(CORTEX_M3, irq_count=MEDIUM_VALUE.irq_count)
+    DENSITY = MEDIUM_VALUE
+    TIMER_KINDS = VALUE_LINE_KINDS
+    USART_KIND = ValueLineUsart
+
+    @functools.cached_property
+    def _shared(self) -> IrqLines:
+        return IrqLines(super()._irq)
+
+    def _irq(self, number: int) -> IrqLine:
+        return self._shared.line(number) if number in _SHARED_IRQS else super()._irq(number)
 
 
-def stm32f103_with(flash_bytes: int) -> type[Stm32f103]:
-    """Return the chip with so much flash."""
-    return next(chip for chip in _CHIPS if chip.DENSITY is density_of(flash_bytes))
+class LowValueLine(MediumValueLine):
+    """An STM32F100 of low density; see `targets.mcu.chip.Chip`."""
+
+    DENSITY = LOW_VALUE
+
+
+_CHIPS = (LowDensity, Stm32f103, HighDensity, LowValueLine, MediumValueLine)
+
+
+def chip_of(variant: Variant) -> type[Stm32f103]:
+    """Return the chip that a part number is."""
+    density = density_of(variant.flash_bytes, value_line=variant.name.startswith("STM32F100"))
+    return next(chip for chip in _CHIPS if chip.DENSITY is density)

@@ -1,4 +1,6 @@
-"""The converters to analog of high-density devices: registers and data formats (RM0008 sections 12.3.3, 12.4 and 12.5).
+"""The converters to analog: registers and data formats (RM0008 sections 12.3.3, 12.4 and 12.5).
+
+High-density devices have them, and the value line (RM0041 section 11), whose flags of an underrun are not modelled.
 
 Choices where the manual is silent:
 
@@ -10,13 +12,14 @@ Choices where the manual is silent:
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import partial
 
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.pins import Pins
 from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
-from targets.mcu.stm32f1.dac_channel import CHANNEL_BITS, EN, FULL, MAMP, TSEL, Channel
+from targets.mcu.stm32f1.dac_channel import CHANNEL_BITS, EN, FULL, MAMP, TRIGGERS, TSEL, VALUE_LINE_TRIGGERS, Channel
 
 __all__ = ["Dac"]
 
@@ -36,6 +39,10 @@ _DATA = {
 DOR1, DOR2 = 0x2C, 0x30
 
 _PINS = ("PA4", "PA5")
+DMAUDRIE = 1 << 29 | 1 << 13
+_STATUS = Register(
+    "SR", 0x34, 0, 0, fidelity=Fidelity.ABSENT, note="DMAUDR never rises: underruns of DMA are not modelled"
+)
 _ANALOG = "the output follows DOR and EN at once, and the buffer reaches both rails (choice)"
 
 
@@ -47,6 +54,7 @@ class Dac(Peripheral):
         services: what the chip offers. Used: inputs ``TIMx_TRGO`` and ``EXTI9``, DMA requests ``DAC_CH1`` and
             ``DAC_CH2``, the clock of APB1.
         pins: the pins of the chip, whose supply is VREF+.
+        value_line: with the triggers and registers of the value line.
     """
 
     REGISTERS = (
@@ -57,14 +65,23 @@ class Dac(Peripheral):
         Register("DOR2", DOR2, 0, 0),
     )
 
-    def __init__(self, base: int, services: Services, pins: Pins) -> None:
+    def __init__(self, base: int, services: Services, pins: Pins, *, value_line: bool = False) -> None:
+        self._value_line = value_line
         super().__init__("DAC", base, services)
-        self._channels = tuple(Channel(number, services, pins[pin]) for number, pin in enumerate(_PINS))
+        triggers = VALUE_LINE_TRIGGERS if value_line else TRIGGERS
+        self._channels = tuple(Channel(number, services, pins[pin], triggers) for number, pin in enumerate(_PINS))
         for offset, (name, form, _) in _DATA.items():
             both = form >= RIGHT_DUAL
             channels = self._channels if both else (self._channels[name.endswith("2")],)
             self._readers[offset] = partial(self._read_data, channels, form)
             self._writers[offset] = partial(self._write_data, channels, form)
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the registers of this chip."""
+        if not self._value_line:
+            return self.REGISTERS
+        control, *others = self.REGISTERS
+        return (replace(control, writable=control.writable | DMAUDRIE, ignored=DMAUDRIE), *others, _STATUS)
 
     # --- what the chip calls
 

@@ -26,7 +26,7 @@ from targets.mcu.pins import Pin, Source
 from targets.mcu.services import DmaRequest, InputSignal, Services
 from targets.mcu.timebase import Event, Timebase
 
-__all__ = ["CHANNEL_BITS", "EN", "FULL", "MAMP", "TSEL", "Channel"]
+__all__ = ["CHANNEL_BITS", "EN", "FULL", "MAMP", "TRIGGERS", "TSEL", "VALUE_LINE_TRIGGERS", "Channel"]
 
 EN, BOFF, TEN, TSEL, WAVE, MAMP, DMAEN = 1 << 0, 1 << 1, 1 << 2, 7 << 3, 3 << 6, 0xF << 8, 1 << 12
 """Of CR, of the lower channel."""
@@ -35,10 +35,12 @@ FULL = 0xFFF
 _BY_SOFTWARE = 7
 _NOISE, _SEED = 1, 0xAAA
 _BUFFER_OHMS, _BARE_OHMS = 1.0, 15_000.0
-_TRIGGERS = MappingProxyType(
+TRIGGERS: Mapping[int, str] = MappingProxyType(
     {0: "TIM6_TRGO", 1: "TIM8_TRGO", 2: "TIM7_TRGO", 3: "TIM5_TRGO", 4: "TIM2_TRGO", 5: "TIM4_TRGO", 6: "EXTI9"}
 )
 """By TSEL; 7 is software (RM0008 table 74)."""
+VALUE_LINE_TRIGGERS: Mapping[int, str] = MappingProxyType({**TRIGGERS, 1: "TIM3_TRGO", 3: "TIM15_TRGO"})
+"""The same on the value line up to medium density (RM0041 section 11.3.6)."""
 _CYCLES_BY_TRIGGER, _CYCLES_BY_SOFTWARE = 3, 1
 
 
@@ -50,6 +52,7 @@ class Channel:
         services: what the chip offers. Used: inputs ``TIMx_TRGO`` and ``EXTI9``, DMA requests ``DAC_CH1`` and
             ``DAC_CH2``, the clock of APB1.
         pin: where it puts out its voltage; VREF+ is the supply of the pins.
+        triggers: signals by TSEL.
 
     Attributes:
         number: 0 or 1.
@@ -57,7 +60,7 @@ class Channel:
         put_out: DOR.
     """
 
-    def __init__(self, number: int, services: Services, pin: Pin) -> None:
+    def __init__(self, number: int, services: Services, pin: Pin, triggers: Mapping[int, str]) -> None:
         self.number = number
         self.held = 0
         self.put_out = 0
@@ -65,7 +68,7 @@ class Channel:
         self._pin = pin
         self._request: DmaRequest = services.dma(f"DAC_CH{number + 1}")
         self._triggers: Mapping[int, InputSignal] = {
-            select: services.input(signal) for select, signal in _TRIGGERS.items()
+            select: services.input(signal) for select, signal in triggers.items()
         }
         self._clock = services.clocks.pclk("APB1")
         self._load: _Load | None = None

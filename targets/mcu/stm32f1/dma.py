@@ -9,7 +9,7 @@ import ctypes
 import enum
 import functools
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -20,7 +20,7 @@ from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
 from targets.mcu.services import RequestInC, Services
 
-__all__ = ["CONTROLLERS", "TRANSFER_CYCLES", "Controller", "Dma", "Request"]
+__all__ = ["CONTROLLERS", "TRANSFER_CYCLES", "VALUE_LINE_DMA1", "Controller", "Dma", "Request"]
 
 TRANSFER_CYCLES = 5
 
@@ -71,6 +71,18 @@ CONTROLLERS: Mapping[str, Controller] = MappingProxyType(
     }
 )
 """The controllers by name."""
+
+VALUE_LINE_DMA1 = replace(
+    CONTROLLERS["DMA1"],
+    requests=MappingProxyType(
+        {
+            **CONTROLLERS["DMA1"].requests,
+            3: (*CONTROLLERS["DMA1"].requests[3], "TIM6_UP", "DAC_CH1"),
+            4: (*CONTROLLERS["DMA1"].requests[4], "TIM7_UP", "DAC_CH2"),
+        }
+    ),
+)
+"""DMA1 of the value line up to medium density, which has no other (RM0041 section 9.3.7)."""
 
 ISR, IFCR = 0x00, 0x04
 _CCR, _CNDTR, _CPAR, _CMAR = range(0x08, 0x18, 4)
@@ -168,10 +180,11 @@ class Dma(PeripheralInC):
         name: ``DMA1`` or ``DMA2``.
         base: address of ISR.
         services: what the chip offers. Used: interrupts 11 to 17, or 56 to 59; the bus.
+        kind: its channels; those of `CONTROLLERS` if left out.
     """
 
-    def __init__(self, name: str, base: int, services: Services) -> None:
-        self.kind = kind = CONTROLLERS[name]
+    def __init__(self, name: str, base: int, services: Services, kind: Controller | None = None) -> None:
+        self.kind = kind = kind or CONTROLLERS[name]
         registers = {register.offset: register for register in self.registers_of()}
         self._controller = self.in_c = _Controller(services, base, registers, kind, self._answer)
         super().__init__(name, base, services)

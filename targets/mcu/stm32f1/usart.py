@@ -24,7 +24,7 @@ from targets.mcu.services import InputSignal, Services
 from targets.mcu.stm32.usart_base import UsartBase, listen
 from targets.mcu.stm32.usart_line import Kind, News
 
-__all__ = ["Uart4", "Uart5", "Usart"]
+__all__ = ["Uart4", "Uart5", "Usart", "ValueLineUsart"]
 
 SR, DR, BRR, CR1, CR2, CR3, GTPR = range(0, 0x1C, 4)
 
@@ -201,6 +201,26 @@ def _without(cr3: int) -> tuple[Register, ...]:
         )
         for register in Usart.REGISTERS
     )
+
+
+def _with_unmodelled(register: Register) -> Register:
+    more = {"CR1": 1 << 15, "CR3": 1 << 11}.get(register.name, 0)
+    if not more:
+        return register
+    note = "OVER8 and ONEBIT of the value line are not modelled: a bit is sampled 16 times" + "; " * bool(register.note)
+    return replace(
+        register,
+        writable=register.writable | more,
+        ignored=register.ignored | more,
+        fidelity=Fidelity.PARTLY,
+        note=note + register.note,
+    )
+
+
+class ValueLineUsart(Usart):
+    """A USART of the STM32F100 (RM0041 section 23.6), which may sample a bit 8 times or once."""
+
+    REGISTERS = tuple(_with_unmodelled(register) for register in Usart.REGISTERS)
 
 
 class Uart4(Usart):

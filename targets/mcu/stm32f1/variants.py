@@ -1,5 +1,6 @@
-"""The STM32F103 by part number: memory, and what its package brings out.
+"""The STM32F103 and STM32F100 by part number: memory, and what the package brings out.
 
+Of the STM32F100 (DS5944) those up to medium density; the larger ones have TIM12 to TIM14 and other requests to DMA.
 DS6087 (x4, x6), DS5319 (x8, xB) and DS5792 (xC, xD, xE): device features, pin definitions.
 """
 
@@ -14,6 +15,16 @@ from targets.mcu.variant import Variant
 __all__ = ["VARIANTS", "ChipName", "Variant"]
 
 ChipName = Literal[
+    "STM32F100C4",
+    "STM32F100C6",
+    "STM32F100C8",
+    "STM32F100CB",
+    "STM32F100R4",
+    "STM32F100R6",
+    "STM32F100R8",
+    "STM32F100RB",
+    "STM32F100V8",
+    "STM32F100VB",
     "STM32F103T4",
     "STM32F103T6",
     "STM32F103T8",
@@ -55,11 +66,12 @@ _PACKAGES = {
     "Z": _pins(A=_ALL, B=_ALL, C=_ALL, D=_ALL, E=_ALL, F=_ALL, G=_ALL),  # LQFP144: 112
 }
 _SIZES_KB = {"4": (16, 6), "6": (32, 10), "8": (64, 20), "B": (128, 20), "C": (256, 48), "D": (384, 64), "E": (512, 64)}
+_VALUE_LINE_KB = {"4": (16, 4), "6": (32, 4), "8": (64, 8), "B": (128, 8)}
 
 
 def _variant(name: ChipName) -> Variant:
     package, size = name[-2], name[-1]
-    flash_kb, ram_kb = _SIZES_KB[size]
+    flash_kb, ram_kb = (_VALUE_LINE_KB if name.startswith("STM32F100") else _SIZES_KB)[size]
     usarts: tuple[str, ...] = ("USART1", "USART2")
     if package != "T" and size not in "46":
         usarts += ("USART3",)

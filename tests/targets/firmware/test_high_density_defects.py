@@ -77,17 +77,17 @@ DEFECTS = [
         "high-density",
         Stm32f103,
         "_make_timers",
-        "HIGH_DENSITY_KINDS[name]",
-        'HIGH_DENSITY_KINDS["TIM6" if name == "TIM7" else name]',
+        "else services, kinds[name]",
+        'else services, kinds["TIM6" if name == "TIM7" else name]',
     ),
     Defect(
         "TIM8 has the masters of TIM1",
         "high-density",
         Stm32f103,
         "_make_timers",
-        "HIGH_DENSITY_KINDS[name]",
-        'replace(HIGH_DENSITY_KINDS[name], internal_triggers=("TIM5", "TIM2", "TIM3", "TIM4"))'
-        ' if name == "TIM8" else HIGH_DENSITY_KINDS[name]',
+        "else services, kinds[name]",
+        'else services, replace(kinds[name], internal_triggers=("TIM5", "TIM2", "TIM3", "TIM4"))'
+        ' if name == "TIM8" else kinds[name]',
     ),
     Defect("UG is not put out", "high-density", TimerEffects, "_reinitialise", "self._pulse_trgo()", "pass"),
     Defect(
