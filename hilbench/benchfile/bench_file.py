@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from hilbench.benchfile.bench_model import PortEntry, World
 from hilbench.benchfile.fault_entries import FaultEntry
+from hilbench.benchfile.stimulus import Stimulus
 from targets.boards import Board, Straps
 from worlds import engine_of
 
@@ -179,6 +180,7 @@ class BenchFile:
         suites: what is checked where no suite is asked for: names of shipped suites, and paths.
         variants: the files of other benches, by names that cases use.
         faults: what goes wrong on the lines; each says which way (``towards``), but for those of both ways.
+        stimuli: what is done to the boards from outside.
         port: how a real port is opened, and the board behind it reset.
         vehicle_ready: the vehicle of the world stands in it wherever boards are, as a car does, also where no part
             drives or senses it.
@@ -197,6 +199,7 @@ class BenchFile:
     suites: tuple[str, ...] = ()
     variants: Mapping[str, Path] = field(default_factory=dict)
     faults: tuple[FaultEntry, ...] = ()
+    stimuli: tuple[Stimulus, ...] = ()
     port: PortEntry = field(default_factory=PortEntry)
     vehicle_ready: bool = False
 

@@ -161,6 +161,7 @@ class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         links: the serial lines.
         wires: what joins pins of boards.
         faults: what goes wrong on the links.
+        stimuli: what is done to the boards from outside, and when: lines such as ``1s:PC13=0`` (docs/stimuli.md).
         port: how a real port is opened that takes the place of a target.
         lockstep_us: how far one of several boards that wires join may be ahead of the others, in microseconds: an edge
             from one to another is that much late at most. Frames on lines between boards are never late.
@@ -177,6 +178,7 @@ class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     links: tuple[LinkEntry, ...] = ()
     wires: tuple[WireEntry, ...] = ()
     faults: tuple[FaultEntry, ...] = ()
+    stimuli: tuple[str, ...] = ()
     port: PortEntry = PortEntry()
     lockstep_us: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 20
     suites: tuple[str, ...] = ()

@@ -9,6 +9,7 @@ from pathlib import Path
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.benchfile.board_files import is_board_file
 from hilbench.benchfile.reader import read_bench
+from hilbench.benchfile.stimulus import Send
 from hilbench.benchfile.target_grammar import TargetKind, target_of
 from hilbench.errors import HilbenchError
 from hilbench.files import Named
@@ -30,6 +31,9 @@ def inputs_of(bench_file: BenchFile) -> Iterator[Named]:
             yield f"the program '{name}'", image
         if is_board_file(emulated.board_name):
             yield "the board file", folder / file_name(emulated.board_name)
+    for stimulus in bench_file.stimuli:
+        if isinstance(stimulus.action, Send):
+            yield f"the file of {stimulus.text}", stimulus.action.file
     yield "the scene", Path(bench_file.world.scene)
     yield from plugin_files()
     for suite in bench_file.suites:

@@ -20,6 +20,7 @@ from hilbench.benchfile.bench_model import BenchModel, LinkEntry, PortEntry, Tar
 from hilbench.benchfile.board_files import open_board, with_chip
 from hilbench.benchfile.fault_entries import FaultEntry
 from hilbench.benchfile.line_hooks import parse_step
+from hilbench.benchfile.stimulus import Stimulus, parse_stimulus
 from hilbench.benchfile.suites import shipped_suites
 from hilbench.benchfile.wiring_reader import WiringReader
 from hilbench.clock import NS_PER_US
@@ -149,6 +150,7 @@ class _Reader:
             suites=self._suites(model, links),
             variants={name: self._file_beside(text, ("variants", name)) for name, text in model.variants.items()},
             faults=self._faults(model, links),
+            stimuli=tuple(self._stimulus(number, text, boards) for number, text in enumerate(model.stimuli)),
             port=self._port(model),
             vehicle_ready=vehicle is not None and vehicle.stands_ready,
         )
@@ -345,6 +347,12 @@ class _Reader:
                 except ValueError as error:
                     raise self._strict.error(str(error), ("port", hook, number)) from None
         return model.port
+
+    def _stimulus(self, number: int, text: str, boards: dict[str, EmulatedBoard]) -> Stimulus:
+        try:
+            return parse_stimulus(text, boards, self._folder)
+        except ValueError as error:
+            raise self._strict.error(str(error), ("stimuli", number)) from None
 
     # --- lines
 

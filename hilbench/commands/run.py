@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
+from hilbench.benchfile.stimulus_options import add_stimuli, with_stimuli
 from hilbench.cli.journal_options import add_journal, check_journal
 from hilbench.errors import UsageError
 from hilbench.terminal import arguments, interruption
@@ -12,8 +14,8 @@ from hilbench.terminal.parser import Parser, typed
 _EXAMPLES = """
 hilbench run bluepill:firmware.elf --for 10s --follow      ten seconds of bench time, shown line by line
 hilbench run bluepill:firmware.hex --for 500ms --vcd waves.vcd
-hilbench run nucleo-f767zi:firmware.elf --for 1s
-hilbench run nucleo-h753zi:firmware.elf --for 1s
+hilbench run nucleo-f767zi:firmware.elf --for 3s --at 1s:B1=press/50ms --volts A0=1.65
+hilbench run bluepill:firmware.elf --for 2s --send '1s:usart1=help\r\n' --follow
 hilbench run my-bench.toml --for 2min --journal run.jsonl --json
 """
 
@@ -34,6 +36,7 @@ def parser() -> Parser:
     add("--chip", metavar="PART", help="the chip that the board has instead of its own, such as STM32F103CB")
     add("--for", metavar="TIME", dest="for_ns", type=typed(arguments.duration_ns),
         help="bench time to run, such as 10s, 500ms, 2min (default: until the firmware ends, or Ctrl-C)")  # fmt: skip
+    add_stimuli(made)
     add("--follow", action="store_true", help="print console text and events as they come")
     add("--edges", action="store_true",
         help="with --follow and --journal: edges of serial lines, too, not only their bytes")  # fmt: skip
@@ -42,6 +45,8 @@ def parser() -> Parser:
     add_journal(made)
     add("--vcd", metavar="FILE", type=typed(arguments.output_file),
         help="write pins, nets and serial lines as waveforms (GTKWave, PulseView)")  # fmt: skip
+    add("--write-stimuli", metavar="FILE", type=typed(arguments.output_file),
+        help="write what pins and serial lines did in the form of --stimuli")  # fmt: skip
     add("--realtime", action="store_true", help="keep pace with the wall clock")
     add("--json", action="store_true", help="print how it went as JSON")
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
@@ -53,6 +58,7 @@ def run(parsed: argparse.Namespace) -> int:
     from hilbench.benchfile.inputs import inputs_of
     from hilbench.benchfile.reader import DEFAULT_FILE
     from hilbench.files import refuse_overwriting
+    from hilbench.files.names import file_name
     from hilbench.mcu.command_line import open_target
     from hilbench.terminal.console import Console
 
@@ -60,8 +66,10 @@ def run(parsed: argparse.Namespace) -> int:
     if parsed.what is None and not DEFAULT_FILE.is_file():
         hint = f"write BOARD:IMAGE or a bench file; 'hilbench init' makes {DEFAULT_FILE}"
         raise UsageError(f"names nothing to run, and there is no {DEFAULT_FILE} here", where="run", hint=hint)
-    bench_file = open_target(parsed.what, parsed.chip)
-    refuse_overwriting((("--journal", parsed.journal), ("--vcd", parsed.vcd)), inputs_of(bench_file))
+    bench_file = with_stimuli(parsed, open_target(parsed.what, parsed.chip))
+    outputs = (("--journal", parsed.journal), ("--vcd", parsed.vcd), ("--write-stimuli", parsed.write_stimuli))
+    files = (("--stimuli", Path(file_name(name))) for name in parsed.stimuli)
+    refuse_overwriting(outputs, [*inputs_of(bench_file), *files])
 
     from hilbench.serving.run import RunOptions, run
 
@@ -72,6 +80,7 @@ def run(parsed: argparse.Namespace) -> int:
         journal=parsed.journal,
         journal_max=parsed.journal_max,
         vcd=parsed.vcd,
+        write_stimuli=parsed.write_stimuli,
         realtime=parsed.realtime,
         as_json=parsed.json,
         seed=parsed.seed,

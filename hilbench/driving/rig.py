@@ -31,6 +31,7 @@ class Rig:
         drive: begins to drive, the demo driver first or not; None where a `Driver` with the operator does, or nobody.
         demo: whether the demo driver may drive it.
         reset: presses the reset button; None where there is none.
+        stimulate: does a stimulus that is written as docs/stimuli.md says; None where no emulated board is.
         ended: says why the target will never go on; empty while it does.
         close: gives everything back.
     """
@@ -44,5 +45,6 @@ class Rig:
     demo: bool = True
     drive: Callable[[bool], Drives] | None = None
     reset: Callable[[], None] | None = None
+    stimulate: Callable[[str], None] | None = None
     ended: Callable[[], str] = lambda: ""
     close: Callable[[], None] = lambda: None

@@ -58,6 +58,7 @@ class Actions:
             **self._of_driver(),
             **self._of_line(),
             **({"reset": self._reset} if rig.reset is not None else {}),
+            **({"stimulate": self._stimulate} if rig.stimulate is not None else {}),
         }
 
     @property
@@ -170,6 +171,10 @@ class Actions:
     def _reset(self, _request: Request) -> None:
         assert self._rig.reset is not None
         self._rig.reset()
+
+    def _stimulate(self, request: Request) -> None:
+        assert self._rig.stimulate is not None
+        self._rig.stimulate(str(request.get("text", "")))
 
     def _quit(self, _request: Request) -> None:
         self.stopped = True

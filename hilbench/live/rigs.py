@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hilbench.bench import Bench
@@ -63,6 +65,7 @@ def _around(emulated: EmulatedBench, seed: int) -> Rig:
         views={**rig.views, **_analog(emulated)},
         about=about,
         reset=lambda: _reset(emulated),
+        stimulate=partial(_stimulate, emulated),
         ended=lambda: "" if emulated.end is None else str(emulated.end),
         close=emulated.close,
     )
@@ -77,6 +80,12 @@ def _analog(emulated: EmulatedBench) -> Mapping[str, Callable[[], Mapping[str, o
         return {"pins": {pin: [round(v, 4), full_v[pin.partition(".")[0]]] for pin, v in parts.volts().items()}}
 
     return {"volts": look} if parts.volts() else {}
+
+
+def _stimulate(emulated: EmulatedBench, text: str) -> None:
+    from hilbench.benchfile.stimulus import parse_stimulus
+
+    emulated.stimuli.add(parse_stimulus(text, emulated.bench_file.boards, Path()))
 
 
 def _reset(emulated: EmulatedBench) -> None:

@@ -20,6 +20,7 @@ from hilbench.mcu.group import FREE_STEP_NS, MachineGroup
 from hilbench.mcu.images import load, translated
 from hilbench.mcu.pin_log import PinLog
 from hilbench.mcu.seams import Ending, Machine
+from hilbench.mcu.stimuli import Stimuli
 from hilbench.mcu.surroundings import Surroundings
 from hilbench.mcu.usart_port import UsartPort
 from hilbench.mcu.vcd import Waveforms
@@ -145,6 +146,7 @@ class EmulatedBench:
         ports: the far ends of the USARTs' lines, as ``BOARD.usart1``.
         consoles: who receives what a console says, as ``BOARD.CHANNEL``; a console is there once it has spoken.
         on_console: called with the name of each new console.
+        stimuli: does what is done to the boards from outside; those of the bench file are booked.
         surroundings: parts, and a robot or a vehicle in its world, as far as the bench has them.
         at_close: called before the bench closes.
         end: how the firmware of the first board that ended came to its end; None while all run.
@@ -208,6 +210,9 @@ class EmulatedBench:
             for name in self.machines:
                 self._listen_to(name)
             self._declare_nets()
+            self.stimuli = Stimuli(self.bench, bench_file, self.machines, self.ports)
+            for stimulus in bench_file.stimuli:
+                self.stimuli.add(stimulus)
             self._closing = undo.pop_all()
 
     def notes(self) -> list[dict[str, object]]:

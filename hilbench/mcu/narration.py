@@ -142,6 +142,8 @@ class Narrator:
                 return f"reset ({event['reason']})"
             case "note":
                 return self._note(event)
+            case "stimulus":
+                return f"stimulus {printable(event['text'].encode(errors='replace'))}"
             case "event" if event["name"] == "I2cTransaction":
                 return _i2c_words(event["value"])
         return ""

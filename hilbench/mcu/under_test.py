@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 from hilbench.bench import Bench
+from hilbench.benchfile.stimulus import parse_stimulus
 from hilbench.errors import UsageError
 from hilbench.links import Port
 from hilbench.mcu.emulated import EmulatedBench, End
@@ -169,6 +171,20 @@ class BoardUnderTest:
             hint = did_you_mean(name.upper(), i2cs, "they are") if i2cs else "those of its chip are not modelled"
             raise UsageError(f"{self.name} has no I2C interface '{name}'", hint=hint)
         return i2cs[name.upper()].bus
+
+    def stimulate(self, text: str) -> None:
+        """Do something to the board from outside, such as ``PC13=0/50ms`` or ``1s:PA0=1.65V`` (docs/stimuli.md).
+
+        Its time is counted from now, and a name of a file from the working folder.
+
+        Raises:
+            UsageError: it is no stimulus, or not one for this board.
+        """
+        boards = {self.name: self.emulated.bench_file.boards[self.name]}
+        try:
+            self.emulated.stimuli.add(parse_stimulus(text, boards, Path()))
+        except ValueError as error:
+            raise UsageError(str(error), where="stimulus") from None
 
     def is_lit(self, led: str = "") -> bool:
         """Say whether a light of the board is lit; its first one if none is named."""

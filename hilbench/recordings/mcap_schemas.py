@@ -92,7 +92,7 @@ def log_of(ns: int, event: Event) -> dict[str, Any] | None:
         level, text = (_INFO if verdict == "pass" else _ERROR), f"{verdict} {event.get('cause', '')}".strip()
     elif kind == "case":
         level, text = _INFO, f"case {event.get('case', '')}"
-    elif kind in {"fault", "fault-refused", "break-refused", "reset", "end", "dropped", "line", "note"}:
+    elif kind in {"fault", "fault-refused", "break-refused", "reset", "end", "dropped", "line", "note", "stimulus"}:
         about = {name: value for name, value in event.items() if name not in {"ns", "kind", "source"}}
         level, text = _WARNING, " ".join([kind, *(f"{name}={value}" for name, value in about.items())])
     else:

@@ -16,6 +16,7 @@ from hilbench.judging.note_lines import note_lines, notes_counted
 from hilbench.mcu.emulated import EmulatedBench, MachineFactory, make_machine
 from hilbench.mcu.group import FREE_STEP_NS, LOCKED_STEP_NS
 from hilbench.mcu.narration import Narrator
+from hilbench.mcu.stimulus_writer import StimulusWriter
 from hilbench.mcu.usart_port import UsartPort
 from hilbench.serving import STOP_SIGNALS
 from hilbench.terminal.console import Console
@@ -37,6 +38,7 @@ class RunOptions:
         journal_max: how large it and the part before it may get together, in bytes; None for no limit.
         edges: tell the edges of pins that send serial frames, too.
         vcd: where to write waveforms.
+        write_stimuli: where to write what the boards did, as stimuli for others.
         realtime: keep pace with the wall clock.
         as_json: say how it went as JSON.
         seed: seed of the run.
@@ -49,6 +51,7 @@ class RunOptions:
     journal: Path | None = None
     journal_max: int | None = None
     vcd: Path | None = None
+    write_stimuli: Path | None = None
     realtime: bool = False
     as_json: bool = False
     seed: int = 0
@@ -84,6 +87,8 @@ def run(
     with contextlib.ExitStack() as open_files:
         open_files.callback(emulated.close)
         narrator = Narrator(emulated, console.data, each_note=options.each_note) if options.follow else None
+        if options.write_stimuli is not None:  # behind the narrator, whom it lets hear everything
+            emulated.at_close.append(StimulusWriter(options.write_stimuli, emulated).close)
         interrupted = _run(options, emulated, console, watch)
         if narrator is not None:
             narrator.finish()

@@ -162,6 +162,15 @@ class Asking(Watching):
 
         self.push_screen(InjectScreen(list(self.model.lines) if self.model else []), put)
 
+    def action_stimulate(self) -> None:
+        """Ask for a stimulus and give it to a board."""
+
+        def give(text: str | None) -> None:
+            if text:
+                self.process.send("stimulate", text=text)
+
+        self.push_screen(WordScreen("Give a board: PC13=0/50ms, PA0=1.65V, 1s:usart1=hello, reset=press"), give)
+
     def action_mark(self) -> None:
         """Ask for a word and put it into the journal."""
 

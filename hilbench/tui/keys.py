@@ -29,6 +29,7 @@ KEYS: list[BindingType] = [
     Binding("f", "fast", "Fast", show=False),
     Binding("i", "inject", "Fault"),
     Binding("u", "clear_faults", "No faults", show=False),
+    Binding("I", "stimulate", "Stimulus", show=False),
     Binding("m", "mark", "Mark", show=False),
     Binding("g", "picture", "SVG", show=False),
     Binding("R", "keep", "Keep", show=False),
@@ -79,6 +80,7 @@ BY_NAME: dict[str, tuple[str, tuple[object, ...]]] = {
     "As fast as it can, or real time": ("fast", ()),
     "Put a fault on the line": ("inject", ()),
     "Take all faults back": ("clear_faults", ()),
+    "Give a board a stimulus": ("stimulate", ()),
     "Mark this moment": ("mark", ()),
     "Filter frames": ("filter", ()),
     "Save the screen as SVG": ("picture", ()),
@@ -111,7 +113,7 @@ BY_NAME: dict[str, tuple[str, tuple[object, ...]]] = {
 NEEDS = {
     "drive": "drive", "stop": "stop", "demo": "demo", "connect": "connect", "disconnect": "disconnect",
     "reset": "reset", "inject": "inject", "clear_faults": "clear-faults", "pause": "pause", "step": "step",
-    "faster": "speed", "slower": "speed", "fast": "speed", "mark": "mark",
+    "faster": "speed", "slower": "speed", "fast": "speed", "mark": "mark", "stimulate": "stimulate",
 }  # fmt: skip
 """What an action of ours asks of the bench; one that the bench does not have is not offered."""
 

@@ -8,7 +8,7 @@ exists until all have reached it.
 from __future__ import annotations
 
 from targets.mcu.errors import BoardError
-from targets.mcu.pins import Pin, Source
+from targets.mcu.pins import AnySource, Pin, Source
 
 __all__ = ["Net", "Nets"]
 
@@ -36,7 +36,7 @@ class Net:
             self.spread(pin, "chip", chip)
             self.spread(pin, "outside", outside)
 
-    def spread(self, origin: Pin, kind: str, source: Source | None) -> None:
+    def spread(self, origin: Pin, kind: str, source: AnySource | None) -> None:
         """Let the other ends see what `origin` contributes from the present cycle of its chip on."""
         key = (self.name, origin.chip, origin.name, kind)
         ns = origin.now_ns()
@@ -54,7 +54,7 @@ class _Change:
 
     __slots__ = ("_key", "_pin", "_source")
 
-    def __init__(self, pin: Pin, key: tuple[object, ...], source: Source | None) -> None:
+    def __init__(self, pin: Pin, key: tuple[object, ...], source: AnySource | None) -> None:
         self._pin, self._key, self._source = pin, key, source
 
     def __call__(self) -> None:

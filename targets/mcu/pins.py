@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from targets.mcu.nets import Net
     from targets.mcu.signals import PinInput, PinOutput
 
-__all__ = ["Bank", "Edge", "PadMode", "Pin", "Pins", "Source"]
+__all__ = ["AnySource", "Bank", "Edge", "PadMode", "Pin", "Pins", "Source"]
 
 PULL_OHMS = 40_000.0
 """Pull-up and pull-down in the chip: 30 to 50 kOhm, typically 40 (DS5319 section 5.3.14)."""
@@ -61,6 +61,45 @@ class Source(NamedTuple):
 
     volts: float
     ohms: float
+
+
+class Ramp:
+    """A voltage behind a resistance that goes evenly from one to another, and stays there.
+
+    Args:
+        time: of the chip at whose pin it is.
+        from_volts: the first,
+        to_volts: and the last voltage.
+        begin_ns: when it begins, in ns of bench time.
+        in_ns: how long it takes, in ns.
+        ohms: the resistance.
+    """
+
+    __slots__ = ("_begin_ns", "_from_volts", "_in_ns", "_time", "_to_volts", "ohms")
+
+    def __init__(
+        self, time: Timebase, from_volts: float, to_volts: float, *, begin_ns: int, in_ns: int, ohms: float
+    ) -> None:
+        self._time = time
+        self._from_volts, self._to_volts = from_volts, to_volts
+        self._begin_ns, self._in_ns = begin_ns, in_ns
+        self.ohms = ohms
+
+    @property
+    def volts(self) -> float:
+        """The present voltage."""
+        part = min(max((self._time.ns(self._time.now) - self._begin_ns) / self._in_ns, 0.0), 1.0)
+        return self._from_volts * (1 - part) + self._to_volts * part
+
+    def crosses_ns(self, volts: float) -> int | None:
+        """Return the bench time at which it has just passed a voltage between its ends; None if it does not."""
+        span_volts = self._to_volts - self._from_volts
+        if not span_volts or not 0 < (part := (volts - self._from_volts) / span_volts) < 1:
+            return None
+        return self._begin_ns + int(part * self._in_ns) + 1
+
+
+AnySource = Source | Ramp
 
 
 class Edge(NamedTuple):
@@ -183,8 +222,8 @@ class Pin:
         self._strong: bool | None = None
         self._analog: Source | None = None
         self._was_open = True
-        self._sources: dict[Hashable, Source] = {}
-        self._outside: Source | None = None
+        self._sources: dict[Hashable, AnySource] = {}
+        self._outside: AnySource | None = None
         self._sent: Source | None = None
         self._level: bool | None = None
         self._reads_high = False
@@ -221,6 +260,23 @@ class Pin:
     def drive_volts(self, volts: float | None, *, ohms: float = DRIVER_OHMS) -> None:
         """Drive the pin from outside with a voltage, or release it (None); see `drive`."""
         self._drive_outside(None if volts is None else Source(volts, ohms))
+
+    def drive_ramp(self, from_volts: float, to_volts: float, *, in_ns: int, ohms: float = DRIVER_OHMS) -> None:
+        """Drive the pin from outside with a voltage that goes evenly from one to another from now on; see `drive`.
+
+        Args:
+            from_volts: the first,
+            to_volts: and the last voltage, which stays.
+            in_ns: how long it takes, in ns.
+            ohms: resistance of the source.
+        """
+        time = self._pins.time
+        ramp = Ramp(time, from_volts, to_volts, begin_ns=time.ns(time.now), in_ns=in_ns, ohms=ohms)
+        self._drive_outside(ramp)
+        for threshold in (self._pins.vil_volts, self._pins.vih_volts):
+            at_ns = ramp.crosses_ns(threshold)
+            if at_ns is not None:
+                time.at_ns(at_ns, lambda: self._drive_outside(ramp) if self._outside is ramp else None)
 
     def record(self, on: bool = True) -> None:
         """Begin or end to keep the edges of the pin. Until they are taken they cost memory."""
@@ -339,7 +395,7 @@ class Pin:
             self._pins.with_outputs[self] = None
         self._reconfigured()
 
-    def set_source(self, key: Hashable, source: Source | None) -> None:
+    def set_source(self, key: Hashable, source: AnySource | None) -> None:
         """Put a source outside in place of what `key` had there, or take it away (None)."""
         self.refresh()
         if source is None:
@@ -368,7 +424,7 @@ class Pin:
         self.nets = (*self.nets, net)
         self.update_watch()
 
-    def contributions(self) -> tuple[Source | None, Source | None]:
+    def contributions(self) -> tuple[Source | None, AnySource | None]:
         """Return what this pin puts on its nets: of the chip, and of whoever drives it."""
         self.refresh()
         return self._source_of_chip(), self._outside
@@ -434,7 +490,7 @@ class Pin:
 
     # --- inside
 
-    def _drive_outside(self, source: Source | None) -> None:
+    def _drive_outside(self, source: AnySource | None) -> None:
         if not self.bonded:
             raise BoardError(f"{self.name} is not bonded in this package", hint="use a pin that the package has")
         self._outside = source

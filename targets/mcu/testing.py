@@ -339,8 +339,13 @@ class FakeChip:
         return self._dmas.setdefault(name, FakeLine(self.time))
 
     def output(self, name: str) -> FakeOutput:
-        """Return the output signal of that name."""
-        return self._outputs.setdefault(name, FakeOutput(self.time))
+        """Return the output signal of that name; at one inside the chip, as ``TIM2_CC1``, nobody looks at first."""
+        signal = self._outputs.get(name)
+        if signal is None:
+            signal = self._outputs[name] = FakeOutput(self.time)
+            if "_CC" in name:
+                signal.set_watch(Watch.NOBODY)
+        return signal
 
     def input(self, name: str) -> FakeInput:
         """Return the input signal of that name."""

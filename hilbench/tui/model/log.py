@@ -116,5 +116,6 @@ _SAID: Mapping[str, Callable[[Event], tuple[str, bool] | None]] = {
     "note": lambda event: (_note(event), True),
     "end": lambda event: (_end(event), True),
     "console": lambda event: (_console(event), False),
+    "stimulus": lambda event: (f"stimulus {event['text']}", False),
     "clock": lambda event: (_clock(event), False),
 }

@@ -37,6 +37,7 @@ _KEYS = (
     ("p n", "pause or go on; 0.1 s further"),
     ("+ - f", "twice, half as fast; as fast as it can, and real time again"),
     ("i u", "put a fault on the line; take all back"),
+    ("I", "give a board a level, volts, a wave, bytes: PC13=0/50ms, PA0=1.65V, usart1=hello"),
     ("m R", "mark this moment in the journal; keep the recording so far, in the working folder"),
     ("/", "filter frames: words that must be there, -word must not, > or <, ! what is not sound"),
     ("L < >", "which signals are plotted; over a shorter, a longer time"),

@@ -14,8 +14,9 @@ of the sampling time. Choices where the manual is silent, besides those of `adc_
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
+from typing import ClassVar
 
 from targets.mcu.registers import Register
 from targets.mcu.stm32.adc_format import BITS, aligned, code, injected, outside
@@ -37,10 +38,6 @@ ADON, CONT = 1 << 0, 1 << 1
 DMA, DDS, EOCS, ALIGN = (1 << bit for bit in range(8, 12))
 JSWSTART, SWSTART = 1 << 22, 1 << 30
 _RISING, _FALLING = 1, 2
-
-SAMPLING_CLOCKS = (3, 15, 28, 56, 84, 112, 144, 480)
-STABILISATION_S = Fraction(3, 1_000_000)
-"""Longest time from ADON to the first conversion, t_STAB (DS11532, ADC characteristics)."""
 
 REGISTERS = (
     Register("SR", SR, 0, FLAGS),
@@ -69,16 +66,23 @@ class Unit:
         ends: what it is tied to.
 
     Attributes:
+        REGISTERS: what it has.
+        SAMPLING_CLOCKS: by the value of SMPx.
+        STABILISATION_S: the longest time from ADON to the first conversion, t_STAB (DS11532, ADC characteristics).
         values: of the registers, by offset.
         on_flags: called when flags or their enables have changed.
         clock_cycles: HCLK cycles of a clock of the converter; 0 while it stands still. Set it by `set_clock`.
     """
 
+    REGISTERS: ClassVar[tuple[Register, ...]] = REGISTERS
+    SAMPLING_CLOCKS: ClassVar[Sequence[int | Fraction]] = (3, 15, 28, 56, 84, 112, 144, 480)
+    STABILISATION_S: ClassVar[Fraction] = Fraction(3, 1_000_000)
+
     def __init__(self, name: str, time: Timebase, ends: Ends) -> None:
         self.name = name
         self.on_flags: Callable[[], None] = lambda: None
         self.clock_cycles = 0
-        self.values = {register.offset: register.reset for register in REGISTERS}
+        self.values = {register.offset: register.reset for register in self.REGISTERS}
         self._time = time
         self._ends = ends
         self._note = ends.note
@@ -97,7 +101,7 @@ class Unit:
 
     def reset(self) -> None:
         """Go to the state after reset."""
-        self.values.update({register.offset: register.reset for register in REGISTERS})
+        self.values.update({register.offset: register.reset for register in self.REGISTERS})
         self._power_off()
         self._listen()
         self._update()
@@ -220,8 +224,10 @@ class Unit:
         self._proceed()
 
     def _check_start(self) -> None:
-        if self._time.seconds(self._time.now) < self._on_since + STABILISATION_S:
-            self._note("misuse", "CR2.ADON", "a conversion was started within 3 us of ADON: its result may be wrong")
+        if self._time.seconds(self._time.now) < self._on_since + self.STABILISATION_S:
+            within = f"{float(self.STABILISATION_S * 1_000_000):g} us"
+            text = f"a conversion was started within {within} of ADON: its result may be wrong"
+            self._note("misuse", "CR2.ADON", text)
 
     def _sequence(self) -> list[int]:
         words = (self.values[SQR3], self.values[SQR2], self.values[SQR1])
@@ -241,18 +247,18 @@ class Unit:
         group = self._injected if self._injected.active else self._regular
         if group.active:
             self._converting = group
-            self._after(SAMPLING_CLOCKS[self._sampling(group.channel)], self._sample)
+            self._after(self.SAMPLING_CLOCKS[self._sampling(group.channel)], self._sample)
 
     def _sampling(self, channel: int) -> int:
         if channel < 10:
             return self.values[SMPR2] >> 3 * channel & 7
         return self.values[SMPR1] >> 3 * (channel - 10) & 7 if channel < 19 else 0
 
-    def _after(self, clocks: int, action: Callable[[], None]) -> None:
+    def _after(self, clocks: int | Fraction, action: Callable[[], None]) -> None:
         self._then = action
         self._left_clocks = Fraction(clocks)
         if self.clock_cycles:
-            self._event = self._time.after(clocks * self.clock_cycles, action)
+            self._event = self._time.after(int(clocks * self.clock_cycles), action)
 
     @property
     def _bits(self) -> int:
@@ -262,7 +268,10 @@ class Unit:
         assert self._converting is not None
         bits = self._bits
         self._sampled = code(self._ends.volts(self._converting.channel), self._ends.reference_volts, bits)
-        self._after(bits, self._converted)
+        self._after(self._conversion_clocks(bits), self._converted)
+
+    def _conversion_clocks(self, bits: int) -> int | Fraction:
+        return bits
 
     def _converted(self) -> None:
         group = self._converting

@@ -9,7 +9,7 @@ from typing import Generic, Protocol, TypeVar
 
 from targets.mcu.registers import Peripheral
 from targets.mcu.services import InputSignal, Services
-from targets.mcu.stm32.dma_requests import Request, Requests
+from targets.mcu.stm32.dma_requests import Requests
 
 __all__ = ["UNIT_SIZE", "Converters", "Ends", "Note"]
 
@@ -17,6 +17,21 @@ UNIT_SIZE = 0x100
 """How far the registers of one converter lie from those of the next."""
 
 Note = Callable[[str, str, str], None]
+
+
+class KeptRequest(Protocol):
+    """A DMA request whose level can be asked for.
+
+    Attributes:
+        level: as last set.
+        on_last: called after the last transfer of the count that a stream was given, where a controller says so.
+    """
+
+    level: bool
+    on_last: Callable[[], None] | None
+
+    def set(self, level: bool) -> None:
+        """Drive the request."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,7 +49,7 @@ class Ends:
 
     volts: Callable[[int], float]
     reference_volts: float
-    request: Request
+    request: KeptRequest
     triggers: Mapping[int, InputSignal]
     injected_triggers: Mapping[int, InputSignal]
     note: Note

@@ -1,5 +1,8 @@
 """EXTI of the STM32F1 and STM32F7: edge detectors for interrupts and events (RM0008 sections 10.2, 10.3; RM0410 11).
 
+Lines 9, 11 and 15 trigger converters, too, by the signals ``EXTI9_EDGE``, ``EXTI11_EDGE`` and ``EXTI15_EDGE``: at the
+edges that RTSR and FTSR choose, whatever IMR and EMR say (choice: the manual is silent).
+
 Lines 0 to 15 listen to the inputs ``EXTI0`` to ``EXTI15``, which AFIO or SYSCFG routes to pins. The others listen to
 signals inside the chip, such as ``EXTI17`` (RTC alarm).
 
@@ -65,6 +68,10 @@ STM32F7 = ExtiKind(
 )
 
 
+TRIGGERS = (9, 11, 15)
+"""Lines that other peripherals take as triggers (RM0008 tables 69, 70 and 74)."""
+
+
 class Exti(Peripheral):
     """EXTI.
 
@@ -93,6 +100,7 @@ class Exti(Peripheral):
         self.on_event: Callable[[], None] = lambda: None
         self._inputs = [services.input(f"EXTI{line}") for line in range(kind.lines)]
         self._irqs = [(services.irq(number), lines) for number, lines in kind.irqs]
+        self._triggers = {line: services.output(f"EXTI{line}_EDGE") for line in TRIGGERS}
         self._listeners = [self._listener(line) for line in range(kind.lines)]
 
     def registers_of(self) -> Iterable[Register]:
@@ -157,6 +165,10 @@ class Exti(Peripheral):
                 signal.on_change = listener
 
     def _triggered(self, lines: int) -> None:
+        for line, trigger in self._triggers.items():
+            if lines >> line & 1:
+                trigger.set(True)
+                trigger.set(False)
         if lines & self[0x00]:
             self[0x14] |= lines & self[0x00]
             self._drive_irqs()

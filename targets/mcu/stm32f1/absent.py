@@ -1,10 +1,10 @@
 """What an STM32F103 has and this model lacks: registers with their reset values; whoever uses them is told.
 
 Values are kept as written. Flags that hardware would set stay clear, but for those whose absence would hang a driver
-before it has begun: the calibration of a converter ends at once, the RTC is always synchronised, CAN enters and leaves
+before it has begun: the RTC is always synchronised, CAN enters and leaves
 its initialisation and sleep modes at once, on a bus on which nobody else answers.
 
-Registers: RM0008 sections 11 (ADC), 18 (RTC), 21 (FSMC), 22 (SDIO), 23 (USB), 24 (bxCAN), 25 (SPI), 26 (I2C).
+Registers: RM0008 sections 18 (RTC), 21 (FSMC), 22 (SDIO), 23 (USB), 24 (bxCAN), 25 (SPI), 26 (I2C).
 """
 
 from __future__ import annotations
@@ -64,32 +64,6 @@ class Rtc(Absent):
     def read_ALRL(self) -> int:
         """Write-only."""
         return 0
-
-
-class Adc(Absent):
-    """A converter: no conversion ever ends. Calibration ends at once, or drivers would hang before they start."""
-
-    MISSING = "no conversion ever ends"
-    REGISTERS = (
-        Register("SR", 0x00, 0, 0),
-        Register("CR1", 0x04, 0, 0x00CF_FFFF),
-        Register("CR2", 0x08, 0, 0x00FE_F90F),
-        Register("SMPR1", 0x0C, 0, 0x00FF_FFFF),
-        Register("SMPR2", 0x10, 0, 0x3FFF_FFFF),
-        *(Register(f"JOFR{number}", 0x10 + 4 * number, 0, 0xFFF) for number in range(1, 5)),
-        Register("HTR", 0x24, 0xFFF, 0xFFF),
-        Register("LTR", 0x28, 0, 0xFFF),
-        Register("SQR1", 0x2C, 0, 0x00FF_FFFF),
-        Register("SQR2", 0x30, 0, 0x3FFF_FFFF),
-        Register("SQR3", 0x34, 0, 0x3FFF_FFFF),
-        Register("JSQR", 0x38, 0, 0x003F_FFFF),
-        *(Register(f"JDR{number}", 0x38 + 4 * number, 0, 0) for number in range(1, 5)),
-        Register("DR", 0x4C, 0, 0),
-    )
-
-    def write_CR2(self, value: int) -> None:
-        """CAL and RSTCAL fall as soon as they rise; the start bits fall when a conversion starts."""
-        self[0x08] = value & ~(1 << 2 | 1 << 3 | 1 << 21 | 1 << 22)
 
 
 class I2c(Absent):
@@ -228,11 +202,8 @@ def absent_peripherals(services: Services, density: Density = MEDIUM) -> list[Pe
         UsbMemory("USB_SRAM", 0x4000_6000, services),
         Can("CAN", 0x4000_6400, services),
         Cec("CEC", 0x4000_7800, services),
-        Adc("ADC1", 0x4001_2400, services),
-        Adc("ADC2", 0x4001_2800, services),
         Spi("SPI1", 0x4001_3000, services),
         SpiI2s("SPI3", 0x4000_3C00, services),
-        Adc("ADC3", 0x4001_3C00, services),
         Sdio("SDIO", 0x4001_8000, services),
         Fsmc("FSMC", 0xA000_0000, services),
     )

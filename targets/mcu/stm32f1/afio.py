@@ -151,6 +151,7 @@ _DEBUG_PINS = {
 _SWJ_CFG = 0b111 << 24
 _PD01_REMAP = 1 << 15
 _TIM5CH4_IREMAP = 1 << 16
+_TRIGGERS = {"ADC1_ETRGINJ": 17, "ADC1_ETRGREG": 18, "ADC2_ETRGINJ": 19, "ADC2_ETRGREG": 20}
 _EVOE = 1 << 7
 _PORTS = "ABCDEFG"
 _MAPR2 = Register("MAPR2", 0x1C, writable=1 << 10, ignored=1 << 10, note="FSMC_NADV: there is no FSMC")
@@ -175,7 +176,7 @@ class Afio(Peripheral):
         signals: the signals it routes.
         shared_oscillator_pins: whether PD0 and PD1 are the pins of the oscillator unless PD01_REMAP is set, as they are
             on packages of up to 64 pins (RM0008 section 9.3.3).
-        has_mapr2: the chip has an FSMC, and a register for its NADV.
+        has_mapr2: the chip has an FSMC, and a register for its NADV; it has TIM8, too, which may trigger converters.
         value_line: it has the second register of the value line.
 
     Attributes:
@@ -194,8 +195,7 @@ class Afio(Peripheral):
             "MAPR",
             0x04,
             writable=0x071F_FFFF,
-            ignored=0x001E_0000,
-            note="the ADC's trigger remaps are remembered without effect; SWJ_CFG reads as written (choice)",
+            note="SWJ_CFG reads as written (choice)",
         ),
         Register("EXTICR1", 0x08, writable=0xFFFF),
         Register("EXTICR2", 0x0C, writable=0xFFFF),
@@ -217,6 +217,7 @@ class Afio(Peripheral):
     ) -> None:
         self._more = (_MAPR2_OF_VALUE_LINE,) if value_line else (_MAPR2,) if has_mapr2 else ()
         self._remaps2 = VALUE_LINE_REMAPS if value_line else ()
+        self._has_tim8 = has_mapr2
         super().__init__(name, base, services)
         self._shared_oscillator_pins = shared_oscillator_pins
         self._pins = pins
@@ -246,6 +247,10 @@ class Afio(Peripheral):
         self._event_out.set(None)
 
     # --- remapping
+
+    def trigger_moved(self, field: str) -> bool:
+        """Say whether a trigger of a converter is that of TIM8: ``ADC1_ETRGINJ``, ``ADC2_ETRGREG`` and so on."""
+        return self._has_tim8 and bool(self[0x04] >> _TRIGGERS[field] & 1)
 
     def write_MAPR(self, value: int) -> None:
         """Move signals, and keep or free the pins of the debug port."""

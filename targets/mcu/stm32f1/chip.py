@@ -27,6 +27,7 @@ from targets.mcu.stm32.tim.value_line_kinds import VALUE_LINE_KINDS
 from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f1.absent import Rtc, absent_peripherals
+from targets.mcu.stm32f1.adc import Adc, SharedIrq
 from targets.mcu.stm32f1.afio import Afio
 from targets.mcu.stm32f1.bkp import Bkp
 from targets.mcu.stm32f1.clocks import ClockTree
@@ -65,6 +66,7 @@ TIMERS = {
     "TIM16": 0x4001_4400,
     "TIM17": 0x4001_4800,
 }
+ADCS = {"ADC1": (0x4001_2400, 18), "ADC2": (0x4001_2800, 18), "ADC3": (0x4001_3C00, 47)}
 USARTS: Mapping[str, tuple[type[Usart], int, str, int]] = {
     "USART1": (Usart, 0x4001_3800, "APB2", 37),
     "USART2": (Usart, 0x4000_4400, "APB1", 38),
@@ -213,6 +215,14 @@ class Stm32f103(BasicChip):
         ]
         self.usarts = {usart.name: usart for usart in usarts}
         self._timers = self._make_timers()
+        adc_irqs = {irq: SharedIrq(services.irq(irq)) for name, (_, irq) in ADCS.items() if name in there}
+        self.adcs = {
+            name: Adc(name, base, services, pins=pins, irq=adc_irqs[irq], remapped=self.afio.trigger_moved)
+            for name, (base, irq) in ADCS.items()
+            if name in there
+        }
+        if "ADC2" in there:
+            self.adcs["ADC1"].join(self.adcs["ADC2"])
         absent = absent_peripherals(services, self.DENSITY)
         self._rtc = next(peripheral for peripheral in absent if isinstance(peripheral, Rtc))
         self._others: tuple[Peripheral, ...] = (
@@ -225,6 +235,7 @@ class Stm32f103(BasicChip):
             *usarts,
             *self._timers,
             *([Dac(0x4000_7400, services, pins, value_line=value_line)] if "DAC" in there else []),
+            *self.adcs.values(),
             *absent,
         )
 

@@ -63,5 +63,7 @@ class ClockTree(BasicClockTree[Rates]):
         super().__init__(rates_of(0, Source.HSI, HSI_HZ))
 
     def kernel(self, peripheral: str) -> Fraction:
-        """Every peripheral runs on the clock of its bus."""
-        raise KeyError(peripheral)
+        """Return HCLK cycles per tick of the clock of the converters, ``ADC``; all others run on that of their bus."""
+        if peripheral != "ADC":
+            raise KeyError(peripheral)
+        return Fraction(0) if self.stopped else self.rates.hclk / self.rates.adc

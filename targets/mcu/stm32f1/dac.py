@@ -51,7 +51,7 @@ class Dac(Peripheral):
 
     Args:
         base: address of CR.
-        services: what the chip offers. Used: inputs ``TIMx_TRGO`` and ``EXTI9``, DMA requests ``DAC_CH1`` and
+        services: what the chip offers. Used: inputs ``TIMx_TRGO`` and ``EXTI9_EDGE``, DMA requests ``DAC_CH1`` and
             ``DAC_CH2``, the clock of APB1.
         pins: the pins of the chip, whose supply is VREF+.
         value_line: with the triggers and registers of the value line.

@@ -6,7 +6,7 @@ port.
 
 Choices where the manual is silent:
 
-* The trigger EXTI9 is a rising edge at the pin that AFIO has chosen for line 9, whatever EXTI masks.
+* The trigger EXTI9 is an edge of line 9 that EXTI has chosen by RTSR or FTSR, whatever it masks.
 * What is held goes on to DOR when TEN falls.
 * A trigger takes what is held when it comes, although DOR shows it three cycles of APB1 later (one after a software
   trigger): what DMA brings meanwhile is for the next trigger. A trigger while one is on its way is lost.
@@ -36,7 +36,7 @@ _BY_SOFTWARE = 7
 _NOISE, _SEED = 1, 0xAAA
 _BUFFER_OHMS, _BARE_OHMS = 1.0, 15_000.0
 TRIGGERS: Mapping[int, str] = MappingProxyType(
-    {0: "TIM6_TRGO", 1: "TIM8_TRGO", 2: "TIM7_TRGO", 3: "TIM5_TRGO", 4: "TIM2_TRGO", 5: "TIM4_TRGO", 6: "EXTI9"}
+    {0: "TIM6_TRGO", 1: "TIM8_TRGO", 2: "TIM7_TRGO", 3: "TIM5_TRGO", 4: "TIM2_TRGO", 5: "TIM4_TRGO", 6: "EXTI9_EDGE"}
 )
 """By TSEL; 7 is software (RM0008 table 74)."""
 VALUE_LINE_TRIGGERS: Mapping[int, str] = MappingProxyType({**TRIGGERS, 1: "TIM3_TRGO", 3: "TIM15_TRGO"})
@@ -49,7 +49,7 @@ class Channel:
 
     Args:
         number: 0 or 1.
-        services: what the chip offers. Used: inputs ``TIMx_TRGO`` and ``EXTI9``, DMA requests ``DAC_CH1`` and
+        services: what the chip offers. Used: inputs ``TIMx_TRGO`` and ``EXTI9_EDGE``, DMA requests ``DAC_CH1`` and
             ``DAC_CH2``, the clock of APB1.
         pin: where it puts out its voltage; VREF+ is the supply of the pins.
         triggers: signals by TSEL.

@@ -1,7 +1,7 @@
 """Where the channels and the triggers of the ADCs of the STM32F76x come from.
 
 Channels: DS11532, pin definitions. Triggers: RM0410 sections 15.6 and 15.13.3 (CR2.EXTSEL and JEXTSEL); those that are
-events of compare channels, TRGO2 or a line of EXTI are not modelled.
+TRGO2 are not modelled.
 """
 
 from __future__ import annotations
@@ -25,11 +25,16 @@ CHANNELS: Mapping[str, Mapping[int, str]] = MappingProxyType(
 )
 """The pin of each channel, by converter."""
 
-REGULAR_TRIGGERS: Mapping[int, str] = MappingProxyType(
-    {4: "TIM5_TRGO", 7: "TIM8_TRGO", 9: "TIM1_TRGO", 11: "TIM2_TRGO", 12: "TIM4_TRGO", 13: "TIM6_TRGO"}
+_REGULAR = (
+    *("TIM1_CC1", "TIM1_CC2", "TIM1_CC3", "TIM2_CC2", "TIM5_TRGO", "TIM4_CC4", "TIM3_CC4", "TIM8_TRGO"),
+    *("", "TIM1_TRGO", "", "TIM2_TRGO", "TIM4_TRGO", "TIM6_TRGO", "", "EXTI11_EDGE"),
 )
+_INJECTED = (
+    *("TIM1_TRGO", "TIM1_CC4", "TIM2_TRGO", "TIM2_CC1", "TIM3_CC4", "TIM4_TRGO", "", "TIM8_CC4"),
+    *("", "TIM8_TRGO", "", "TIM3_CC3", "TIM5_TRGO", "TIM3_CC1", "TIM6_TRGO"),
+)
+
+REGULAR_TRIGGERS: Mapping[int, str] = MappingProxyType({number: name for number, name in enumerate(_REGULAR) if name})
 """Signals by EXTSEL."""
-INJECTED_TRIGGERS: Mapping[int, str] = MappingProxyType(
-    {0: "TIM1_TRGO", 2: "TIM2_TRGO", 5: "TIM4_TRGO", 9: "TIM8_TRGO", 12: "TIM5_TRGO", 14: "TIM6_TRGO"}
-)
+INJECTED_TRIGGERS: Mapping[int, str] = MappingProxyType({number: name for number, name in enumerate(_INJECTED) if name})
 """Signals by JEXTSEL."""

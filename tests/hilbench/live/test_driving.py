@@ -212,6 +212,19 @@ def test_a_board_that_no_client_drives_is_shown_all_the_same(live):
     assert told(one, "pose")
 
 
+@pytest.mark.needs_physics
+def test_a_board_is_given_a_stimulus(live):
+    one = live("bluepill-robot")
+    one.bench.run_for(0.1)
+    one.actions.obey({"do": "stimulate", "text": "50ms:reset=press"})
+    one.bench.run_for(0.1)
+    assert [event["ns"] for event in told(one, "stimulus")] == [150_000_000]
+    assert told(one, "reset")[-1]["reason"] == "PIN"
+    with pytest.raises(ValueError, match="no stimulus"):
+        one.actions.obey({"do": "stimulate", "text": "PA0"})
+    assert "no stimulus" in told(one, "refused")[-1]["cause"]
+
+
 def test_a_game_pad_turns_as_fast_as_the_one_of_the_original(live):
     one = live("pioneer-plane", demo=False)
     one.actions.obey({"do": "connect"})

@@ -106,6 +106,18 @@ def test_a_moment_is_marked_with_a_word(process_of, on_screen):
     on_screen(process, scenario)
 
 
+def test_a_board_is_given_a_stimulus(process_of, on_screen):
+    process = process_of("pioneer")
+
+    async def scenario(app, pilot):
+        await pilot.press("I", *"PA0=1", "enter")
+        await pilot.press("I", "escape")
+        await pilot.pause()
+        assert process.sent == [("stimulate", {"text": "PA0=1"})]
+
+    on_screen(process, scenario)
+
+
 def test_a_frame_is_found_held_and_opened(process_of, on_screen, rows, settle):
     async def scenario(app, pilot):
         await pilot.press("slash", *"pulse", "enter")

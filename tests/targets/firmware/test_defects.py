@@ -23,6 +23,9 @@ from targets.mcu.stm32.tim.effects import TimerEffects
 from targets.mcu.stm32.tim.timer import Timer
 from targets.mcu.stm32.usart_base import UsartBase
 from targets.mcu.stm32.wwdg import Wwdg
+from targets.mcu.stm32f1.adc import Adc
+from targets.mcu.stm32f1.adc_dual import Dual
+from targets.mcu.stm32f1.adc_unit import F1Unit
 from targets.mcu.stm32f1.bkp import Bkp
 from targets.mcu.stm32f1.crc import Crc
 from targets.mcu.stm32f1.flash import Flash
@@ -40,6 +43,35 @@ DEFECTS = [
     Defect(
         "one wire: nothing is heard of oneself", "usart", UsartBase, "_frame_begins", "self._rx.receive(frame)", "pass"
     ),
+    # --- ADC
+    Defect("sampling always takes 1.5 clocks", "adc", F1Unit, "_sampling", "return self", "return 0 and self"),
+    Defect("13 clocks of conversion", "adc", F1Unit, "_conversion_clocks", "Fraction(1, 2)", "Fraction(300, 2)"),
+    Defect("ADON starts whatever is changed with it", "adc", F1Unit, "_write_control", "value == before", "True"),
+    Defect("ADON once more starts nothing", "adc", F1Unit, "_write_control", "value == before", "False"),
+    Defect("SWSTART starts without EXTTRIG too", "adc", F1Unit, "_by_software", "enabled and", ""),
+    Defect("the calibration never ends", "adc", F1Unit, "_calibrated", "&= ~bit", "|= bit"),
+    Defect("the calibration ends at once", "adc", F1Unit, "_calibrate", "clocks *", "0 *"),
+    Defect("each edge triggers", "adc", F1Unit, "_regular_edge", "if level:", "if True:"),
+    Defect("injected triggers are not heard", "adc", F1Unit, "_edge", "if level:", "if False:"),
+    Defect("an injected group sets no EOC", "adc", F1Unit, "_keep_injected", "|= EOC", "|= 0"),
+    Defect(
+        "DISCEN is not looked at",
+        "adc",
+        F1Unit,
+        "_start_regular",
+        "super()",
+        "self.values.update({4: self.values[4] & ~0x800}); super()",
+    ),
+    Defect("CONT is not looked at", "adc", F1Unit, "_sequence_over", "cr2 & CONT", "False"),
+    Defect("JAUTO is not looked at", "adc", F1Unit, "_sequence_over", "cr1 & JAUTO", "False"),
+    Defect("left alignment is none", "adc", F1Unit, "_keep_regular", "left=bool(cr2 & ALIGN)", "left=False"),
+    Defect("ADC2 is not in the word of ADC1", "adc", Dual, "second_half", "if self.mode else 0", "& 0"),
+    Defect("the slave stays where it is", "adc", Dual, "_regular", "mode in _SIMULTANEOUS and", "False and"),
+    Defect("injected, ADC1 alone", "adc", Dual, "_injected", "mode in _INJECTED_TOO and", "False and"),
+    Defect("alternate triggers are all for ADC1", "adc", Dual, "_alternate", "self._turn = not self._turn", "pass"),
+    Defect("fast interleaved, ADC1 never comes", "adc", Dual, "_regular", "self._master.start_regular", "lambda: None"),
+    Defect("the interrupt never comes", "adc", Adc, "_drive_irq", "self.unit.interrupt", "False"),
+    Defect("the sensor is cold", "adc", Adc, "_volts_at", "self.internal.volts(channel)", "0.0"),
     # --- TIM
     Defect("UG sets UIF in spite of URS", "tim", TimerEffects, "_reinitialise", "if self[CR1] & URS", "if False"),
     Defect("no overcapture", "tim-inputs", TimerEffects, "captured", "flag << 8 | flag if", "flag if"),

@@ -7,6 +7,7 @@ import pytest
 from targets.firmware import image_names
 
 CHECKS = {
+    "adc": 66,
     "cpu": 121,
     "crc": 10,
     "dac": 51,

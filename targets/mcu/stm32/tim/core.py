@@ -123,11 +123,12 @@ class TimerCore(Peripheral, abc.ABC):
         name = f"{self.name}_CH{unit.number + 1}"
         has_complement = self.kind.advanced and unit.number < self.kind.complements
         complement = self.services.output(f"{name}N") if has_complement else None
-        return OutputStage(unit, self._gate, self.services.output(name), complement)
+        event = self.services.output(f"{self.name}_CC{unit.number + 1}")
+        return OutputStage(unit, self._gate, self.services.output(name), complement, event)
 
     def _outputs(self) -> list[OutputSignal]:
-        pairs = [(stage.signal, stage.complement) for stage in self._stages]
-        return [signal for pair in pairs for signal in pair if signal is not None] + [self._trgo]
+        all_of = [(stage.signal, stage.complement, stage.event) for stage in self._stages]
+        return [signal for of_one in all_of for signal in of_one if signal is not None] + [self._trgo]
 
     # --- time
 

@@ -67,6 +67,7 @@ class OutputStage:
         gate: what it shares with the others.
         signal: the output OCx.
         complement: the output OCxN, if it has one.
+        event: OCx once more, inside the chip, whatever pin carries it: converters take it as a trigger.
 
     Attributes:
         bit: of the channel, in masks.
@@ -84,6 +85,7 @@ class OutputStage:
         "bit",
         "complement",
         "enabled",
+        "event",
         "idle",
         "inverted",
         "n_enabled",
@@ -93,12 +95,15 @@ class OutputStage:
         "watch",
     )
 
-    def __init__(self, unit: Compare, gate: Gate, signal: OutputSignal, complement: OutputSignal | None) -> None:
+    def __init__(
+        self, unit: Compare, gate: Gate, signal: OutputSignal, complement: OutputSignal | None, event: OutputSignal
+    ) -> None:
         self._unit = unit
         self._gate = gate
         self.bit = unit.bit
         self.signal = signal
         self.complement = complement
+        self.event = event
         self._due: int | None = None
         self._offers = False
         self.look_round()
@@ -113,7 +118,7 @@ class OutputStage:
     def look_round(self) -> None:
         """Find out anew who looks at the outputs."""
         self._watches = (self.signal.watch(), self.complement.watch() if self.complement is not None else Watch.NOBODY)
-        self.watch = max(self._watches)
+        self.watch = max(*self._watches, self.event.watch())
 
     def offer(self, refresh: Callable[[], None]) -> None:
         """Offer `refresh` while the outputs are driven, and may change by themselves; otherwise they are released."""
@@ -176,6 +181,8 @@ class OutputStage:
         self._tell_one(self.signal, watch, level, cycle)
         if self.complement is not None:
             self._tell_one(self.complement, n_watch, n_level, cycle)
+        if self.event.watch() is Watch.LIVE:
+            self._gate.queue(self.event, level)
 
     def _tell_one(self, signal: OutputSignal, watch: Watch, level: bool | None, cycle: int) -> None:
         if watch is Watch.LIVE:

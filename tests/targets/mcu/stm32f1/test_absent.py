@@ -14,13 +14,12 @@ from targets.mcu.testing import FakeChip, peek, poke
 # Registers whose reset value is not 0, by the kind of peripheral; RM0008.
 RESET_VALUES = {
     "RTC": {"CRL": 0x20},  # the others that are not 0 are write-only, or DIVL
-    "ADC": {"HTR": 0xFFF},
     "I2C": {"TRISE": 2},
     "SPI": {"SR": 2, "CRCPR": 7},
     "CAN": {"MCR": 0x0001_0002, "MSR": 0xC02, "TSR": 0x1C00_0000, "BTR": 0x0123_0000, "FMR": 0x2A1C_0E01},
     "USB": {"CNTR": 3},
 }
-COUNTS = {"RTC": 10, "ADC": 20, "I2C": 9, "SPI": 9, "CAN": 8 + 12 + 8 + 5 + 28, "USB": 13}
+COUNTS = {"RTC": 10, "I2C": 9, "SPI": 9, "CAN": 8 + 12 + 8 + 5 + 28, "USB": 13}
 
 
 @pytest.fixture
@@ -42,8 +41,6 @@ def test_everything_is_there(parts):
         "USB": 0x4000_5C00,
         "USB_SRAM": 0x4000_6000,
         "CAN": 0x4000_6400,
-        "ADC1": 0x4001_2400,
-        "ADC2": 0x4001_2800,
         "SPI1": 0x4001_3000,
     }
 
@@ -70,13 +67,6 @@ def test_the_first_touch_of_a_register_is_noted(chip, parts):
     peek(parts["RTC"], "PRLL")
     poke(parts["USB"], "EP0R", 0)
     assert chip.noted("unmodelled") == ["SPI1_SR", "SPI1_DR", "RTC_PRLL", "USB_EP0R"]
-
-
-def test_calibration_ends_at_once(parts):
-    poke(parts["ADC1"], "CR2", 1 << 0 | 1 << 3)
-    assert peek(parts["ADC1"], "CR2") == 1
-    poke(parts["ADC1"], "CR2", 1 << 0 | 1 << 2 | 1 << 22)
-    assert peek(parts["ADC1"], "CR2") == 1
 
 
 def test_the_rtc_is_always_synchronised_and_ready(parts):

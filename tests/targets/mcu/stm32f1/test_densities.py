@@ -33,7 +33,6 @@ MODELLED_OF_HIGH = {
 }
 ABSENT_OF_HIGH = {
     "SPI3": 0x4000_3C00,
-    "ADC3": 0x4001_3C00,
     "SDIO": 0x4001_8000,
     "FSMC": 0xA000_0000,
 }
@@ -107,7 +106,6 @@ def test_reset_values_of_what_only_high_density_has(high):
         ("SPI3", "I2SPR"): 2,
         ("UART4", "SR"): 0xC0,
         ("UART5", "SR"): 0xC0,
-        ("ADC3", "HTR"): 0xFFF,
     }
     fsmc = high.chip.peripherals["FSMC"]
     assert [peek(fsmc, name) for name in ("BCR1", "BCR4", "BTR2", "PCR3", "SR2", "PATT4")] == [

@@ -291,3 +291,31 @@ def test_reset_of_the_peripheral_reaches_them(rig):
     rig.poke("UART5_BRR", 5)
     rig.poke("RCC_APB1RSTR", 1 << 29 | 1 << 5 | 1 << 20)
     assert [rig.peek(name) for name in ("DAC_DHR12R1", "TIM7_ARR", "UART5_BRR")] == [0, 0xFFFF, 0]
+
+
+def test_a_converter_reads_what_the_dac_puts_out(rig):
+    """PA4 is channel 4 of ADC1, PA5 channel 5."""
+    rig.mode("PA4", ANALOG)
+    rig.mode("PA5", ANALOG)
+    rig.poke("DAC_CR", 1 << 16 | 1)
+    rig.poke("ADC1_CR2", 1)
+    for channel, word in ((4, 0), (5, 1), (4, 2048), (5, 4095)):
+        rig.poke(f"DAC_DHR12R{channel - 3}", word)
+        rig.advance(10_000)
+        rig.poke("ADC1_SQR3", channel)
+        rig.poke("ADC1_CR2", 0x001E_0001)
+        rig.poke("ADC1_CR2", 0x005E_0001)
+        rig.advance(1000)
+        assert abs(rig.peek("ADC1_DR") - word) <= 1
+
+
+def test_adc3_asks_dma2(rig):
+    """Table 79: channel 5."""
+    for register, value in (("CNDTR5", 4), ("CPAR5", 0x4001_3C4C), ("CMAR5", 0x2000_0000), ("CCR5", 0x581)):
+        rig.poke(f"DMA2_{register}", value)
+    rig.poke("ADC3_CR2", 0x101)
+    rig.advance(10_000)
+    rig.poke("ADC3_CR2", 0x001E_0101)
+    rig.poke("ADC3_CR2", 0x005E_0101)
+    rig.advance(1000)
+    assert rig.peek("DMA2_CNDTR5") == 3

@@ -165,6 +165,13 @@ def drives(pin: str, *changes: tuple[int, bool | None]) -> tuple[Input, ...]:
     return tuple(Input(ns, lambda machine, level=level: machine.chip.pins[pin].drive(level)) for ns, level in changes)
 
 
+def puts(pin: str, *changes: tuple[int, float]) -> tuple[Input, ...]:
+    """Return the voltages that are put on a pin, at their moments."""
+    return tuple(
+        Input(ns, lambda machine, volts=volts: machine.chip.pins[pin].drive_volts(volts)) for ns, volts in changes
+    )
+
+
 def frame_of(message: Message) -> bytes:
     """Return a message of the driving stack as it lies on the line."""
     return encode_frame(encode_message(message))
@@ -236,6 +243,14 @@ _OWN: dict[str, Scenario] = {
                 *sends("USART1", _TEXT, baud=115_200, at_ns=10 * MS),
                 *sends("USART2", _TEXT[::-1], baud=115_200, at_ns=10 * MS),
                 *sends("USART3", _TEXT, baud=115_200, at_ns=10 * MS + 1),
+            ),
+        ),
+        Scenario(
+            image="style-analog",
+            span_ns=70 * MS,
+            inputs=(
+                *puts("PA0", (0, 1.65), (30 * MS, 0.5), (45 * MS, 3.0)),
+                *puts("PA1", (0, 2.0), (38 * MS, 2.6), (39 * MS, 2.4)),
             ),
         ),
         Scenario(

@@ -379,7 +379,7 @@ class TestTriggers:
         assert all(listener.on_change is None for listener in listeners)
 
     def test_those_that_are_missing_are_noted(self, rig):
-        rig.on(cr2=1 << 28 | 15 << 24)
+        rig.on(cr2=1 << 28 | 8 << 24)
         rig.on(cr2=1 << 20 | 15 << 16)
         assert rig.chip.noted("unmodelled") == ["ADC1_CR2.EXTSEL", "ADC1_CR2.JEXTSEL"]
 

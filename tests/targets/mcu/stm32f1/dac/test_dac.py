@@ -13,7 +13,7 @@ from tests.share import examples
 EN, BOFF, TEN, DMAEN = 1 << 0, 1 << 1, 1 << 2, 1 << 12
 NOISE, TRIANGLE = 1 << 6, 2 << 6
 SOFTWARE = 7 << 3 | TEN
-TRIGGERS = ["TIM6_TRGO", "TIM8_TRGO", "TIM7_TRGO", "TIM5_TRGO", "TIM2_TRGO", "TIM4_TRGO", "EXTI9"]
+TRIGGERS = ["TIM6_TRGO", "TIM8_TRGO", "TIM7_TRGO", "TIM5_TRGO", "TIM2_TRGO", "TIM4_TRGO", "EXTI9_EDGE"]
 TWELVE = st.integers(0, 0xFFF)
 
 

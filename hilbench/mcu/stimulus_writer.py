@@ -1,0 +1,114 @@
+"""Writes what boards did as stimuli, so that another run can do it to a board.
+
+Slow pins are written edge by edge, fast ones as the square wave that the journal has of them, bytes as they were sent.
+Pins that a stimulus drives are left out. The file is whole after each line, whenever the run ends.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from hilbench.clock import NS_PER_S
+from hilbench.errors import UnavailableError
+from hilbench.mcu.emulated import EmulatedBench
+
+__all__ = ["StimulusWriter"]
+
+_HEAD = "# What boards did in a run, as stimuli for another one: hilbench run ... --stimuli FILE\nstimuli = [\n"
+_END = "]\n"
+_LEVELS = {True: "1", False: "0", None: "z"}
+_ESCAPES = {ord("\n"): "\\n", ord("\r"): "\\r", ord("\t"): "\\t", ord("\\"): "\\\\"}
+
+
+class StimulusWriter:
+    """See the module.
+
+    Args:
+        path: the file; an older one is overwritten.
+        emulated: the bench, before it runs.
+
+    Raises:
+        UnavailableError: it cannot be written.
+    """
+
+    def __init__(self, path: Path, emulated: EmulatedBench) -> None:
+        self._path = path
+        self._several = len(emulated.machines) > 1
+        self._lines = frozenset(emulated.ports)
+        self._pins = frozenset(f"{name}.{pin.name}" for name, one in emulated.machines.items() for pin in one.chip.pins)
+        self._driven = frozenset(f"{one.board}.{one.target}" for one in emulated.bench_file.stimuli)
+        self._waves: dict[str, str] = {}
+        try:
+            self._file = path.open("w", encoding="ascii")
+            self._file.write(_HEAD)
+            self._place = self._file.tell()
+            self._file.write(_END)
+        except OSError as error:
+            raise self._cannot(error) from error
+        journal = emulated.bench.journal
+        self._before = journal.on_event
+        journal.on_event = self._take
+
+    def close(self) -> None:
+        """End the file.
+
+        Raises:
+            UnavailableError: it cannot be written.
+        """
+        try:
+            self._file.close()
+        except OSError as error:
+            raise self._cannot(error) from error
+
+    def _take(self, event: Mapping[str, Any]) -> None:
+        if self._before is not None:
+            self._before(event)
+        source = event["source"]
+        if source in self._lines and event["kind"] == "tx":
+            self._write(event.get("from_ns", event["ns"]), source, _text(bytes.fromhex(event["data"])))
+        elif source in self._pins and source not in self._driven:
+            self._take_pin(event, source)
+
+    def _take_pin(self, event: Mapping[str, Any], pin: str) -> None:
+        if event["kind"] == "pin":
+            self._waves.pop(pin, None)
+            self._write(event["ns"], pin, _LEVELS[event["level"]])
+        elif event["kind"] == "pwm" and event.get("period_ns") and event.get("high_ns"):
+            wave = _wave(event["period_ns"], event["high_ns"])
+            if self._waves.get(pin) != wave:
+                self._waves[pin] = wave
+                self._write(event["ns"], pin, wave)
+
+    def _write(self, ns: int, source: str, value: str) -> None:
+        target = source if self._several else source.partition(".")[2]
+        whole, rest = divmod(ns, NS_PER_S)
+        time = f"{whole}.{rest:09}".rstrip("0").rstrip(".")
+        try:
+            self._file.seek(self._place)
+            self._file.write(f"  {json.dumps(f'{time}s:{target}={value}')},\n")
+            self._place = self._file.tell()
+            self._file.write(_END)
+            self._file.flush()
+        except OSError as error:
+            raise self._cannot(error) from error
+
+    def _cannot(self, error: OSError) -> UnavailableError:
+        reason = error.strerror or str(error)
+        return UnavailableError(f"the stimuli cannot be written: {reason}", where=str(self._path))
+
+
+def _wave(period_ns: int, high_ns: int) -> str:
+    hz, duty = Fraction(NS_PER_S, period_ns), Fraction(100 * high_ns, period_ns)
+    return f"{float(hz):.6f}".rstrip("0").rstrip(".") + f"Hz/{float(duty):.4f}".rstrip("0").rstrip(".") + "%"
+
+
+def _text(data: bytes) -> str:
+    if data.isascii() and all(32 <= byte < 127 or byte in b"\n\r\t" for byte in data):
+        text = data.decode("ascii").translate(_ESCAPES)
+        if not text.startswith(("@", "hex:")):
+            return text
+    return f"hex:{data.hex()}"
