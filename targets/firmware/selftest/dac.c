@@ -5,6 +5,7 @@
 // may be attached to PA4, PA5 and PA9.
 
 #include "check.h"
+#include "chip/adc.h"
 #include "clock.h"
 #include "cycles.h"
 #include "f103e/handlers.h"
@@ -146,6 +147,16 @@ static void by_hardware(void)
     settle();
     check_equal("falling-edge-is-none", DAC->DOR1, 0x321);
     EXTI->RTSR = EXTI->EMR = 0;
+
+    triggered_by(DAC_TIM6, 0);
+    TIM6->CR2 = TIM_TRGO_ENABLE << TIM_CR2_MMS_SHIFT; // high while it counts
+    TIM6->CR1 = TIM_CR1_CEN;
+    settle();
+    DAC->DHR12R1 = 0x654;
+    TIM6->CR1 = 0;
+    settle();
+    check_equal("falling-trigger-is-none", DAC->DOR1, 0);
+    TIM6->CR2 = 0;
 
     DAC->CR = 0;
     settle();
@@ -294,6 +305,36 @@ static void outputs(void)
     check_equal("pins-follow", pin_read(GPIOA, 4) << 1 | pin_read(GPIOA, 5), 1);
 }
 
+// --- A converter reads what is put out: channel 4 is PA4, channel 5 PA5 (11.3)
+
+static uint32_t converted(uint32_t channel)
+{
+    ADC1->SQR3 = channel;
+    ADC1->CR2 |= ADC_CR2_SWSTART;
+    wait_until(ADC1->SR & ADC_SR_EOC);
+    return ADC1->DR;
+}
+
+static void read_back(void)
+{
+    RCC->CFGR |= 2u << RCC_CFGR_ADCPRE_SHIFT; // 12 MHz
+    RCC->APB2ENR |= RCC_APB2_ADC1;
+    pin_mode(GPIOA, 4, PIN_ANALOG);
+    pin_mode(GPIOA, 5, PIN_ANALOG);
+    ADC1->SMPR2 = 7u << 12 | 7u << 15; // the longest, for both
+    ADC1->CR2 = ADC_CR2_ADON | ADC_CR2_EXTTRIG | ADC_BY_SOFTWARE << ADC_CR2_EXTSEL_SHIFT;
+    wait_cycles(1000);
+    ADC1->CR2 |= ADC_CR2_CAL;
+    wait_until(!(ADC1->CR2 & ADC_CR2_CAL));
+    fresh();
+    DAC->CR = DAC_CR_EN | DAC_CHANNEL_2(DAC_CR_EN);
+    DAC->DHR12RD = 0x0C000400;
+    wait_cycles(2000);
+    check_range("adc-reads-a-quarter", converted(4), 0x400 - 40, 0x400 + 40);
+    check_range("adc-reads-three-quarters", converted(5), 0xC00 - 40, 0xC00 + 40);
+    ADC1->CR2 = 0;
+}
+
 int main(void)
 {
     clock_72mhz();
@@ -310,5 +351,6 @@ int main(void)
     noise();
     triangle();
     outputs();
+    read_back();
     check_done();
 }

@@ -10,7 +10,7 @@ CHECKS = {
     "adc": 66,
     "cpu": 121,
     "crc": 10,
-    "dac": 51,
+    "dac": 54,
     "dma": 43,
     "dwt-itm": 14,
     "exti": 31,

@@ -67,6 +67,21 @@ def test_a_sine_by_dma_and_an_echo_on_a_device_of_high_density(start):
     assert not machine.notes.all
 
 
+def test_a_device_of_the_value_line(start):
+    run = start("style-value-line").record("PC8", "PC9", "PA2").send("USART1", b"echo", baud=115_200, at_ms=30)
+    run.drive("PA0", (60, True), (80, False))
+    machine, volts = run.machine, []
+    for step in range(8):
+        machine.at_ns(100 * MS + step * MS // 2, lambda: volts.append(machine.chip.pins["PA4"].volts))
+    run.to(260)
+    assert run.sent["USART1"] == b"style-value-line at 24 MHz\r\necho"
+    assert set(periods_ms(run, "PC8")) == {50.0}
+    assert [round(ms) for ms in run.edges_ms("PC9")[1:]] == [60, 80]
+    assert set(periods_ms(run, "PA2")[2:]) == {0.25, 0.75}
+    assert sorted(round(volt, 3) for volt in volts) == sorted(2 * [0.0, 1.1, 2.2, 3.3])
+    assert not machine.notes.all
+
+
 def test_interrupts_and_dma(start):
     run = start("style-irq-dma").record("PC13", "PB1")
     run.drive("PA0", (50, False), (51, True), (70, False), (71, None))

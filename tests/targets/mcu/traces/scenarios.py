@@ -272,6 +272,14 @@ _OWN: dict[str, Scenario] = {
         ),
         Scenario(image="style-registers", span_ns=1600 * MS),
         Scenario(
+            image="style-value-line",
+            span_ns=120 * MS,
+            inputs=(
+                *sends("USART1", b"value", baud=115_200, at_ns=20 * MS),
+                *drives("PA0", (60 * MS, True), (75 * MS, False)),
+            ),
+        ),
+        Scenario(
             image="style-dac-dma",
             span_ns=120 * MS,
             inputs=(
