@@ -563,12 +563,12 @@ class Pin:
         return None if volts is None else self._level_of(volts)
 
     def _divided(self) -> float | None:
-        sources = list(self._sources.values())
         chip = self._source_of_chip()
+        if not self._sources:
+            return None if chip is None else chip.volts
+        sources = list(self._sources.values())
         if chip is not None:
             sources.append(chip)
-        if not sources:
-            return None
         return sum(source.volts / source.ohms for source in sources) / sum(1 / source.ohms for source in sources)
 
     def _level_of(self, volts: float) -> bool:
