@@ -353,6 +353,7 @@ def _part(kind: str, part: type[Part]) -> str:
     joined += [(one.name, f"control, {one.least:g} to {one.greatest:g}", one.text) for one in part.CONTROLS]
     joined += [(name, "serial end", "for `[[links]]`") for name in part.SERIAL]
     joined += [(name, "I2C slave", "for `buses`") for name in part.BUSES]
+    joined += [(name, "SPI slave", "for `buses`") for name in part.SPI_BUSES]
     rows = [(row.name, _value(row.value), row.unit, row.source) for row in part_settings.describe(part.Settings())]
     settings = "\n" + _table(("Setting", "Default", "Unit", "Source"), rows) if rows else ""
     absent = f"\nNot modelled: {'; '.join(part.ABSENT)}.\n" if part.ABSENT else ""

@@ -110,7 +110,7 @@ class QuantityEnd(_End):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BusEnd(_End):
-    """An I2C interface of a board: the board's name in the bench, and the interface: ``I2C1``."""
+    """A bus interface of a board: the board's name in the bench, and the interface: ``I2C1``, ``SPI1``."""
 
     board: str
     interface: str
@@ -125,7 +125,7 @@ class PartPlan:
         settings: what differs from a standard one, as an instance of the kind's own class.
         signals: the signal of the world that each of its quantities is; without ``world.`` before it.
         sources: the quantity of another part that each of its other quantities is.
-        buses: the I2C bus that each of its ends at one is soldered to.
+        buses: the I2C or SPI bus that each of its ends at one is soldered to.
     """
 
     kind: str

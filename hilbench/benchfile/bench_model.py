@@ -79,7 +79,7 @@ class PartEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         kind: what it is, such as ``distance-switch``, ``encoder-3bit``, ``motor-code``, ``gamepad``.
         pins: what its terminals are wired to, by their names: ``NAME.PIN`` of a board, ``3v3`` or ``gnd``.
         signals: what its quantities are, by their names: ``world.SIGNAL``, or ``NAME.QUANTITY`` of another part.
-        buses: the I2C buses that it is soldered to, by its names for its ends: ``NAME.I2C1`` of a board.
+        buses: the I2C and SPI buses that it is soldered to, by its names for its ends: ``NAME.I2C1`` of a board.
         settings: what differs from a standard part, by the names that its kind has for it.
     """
 

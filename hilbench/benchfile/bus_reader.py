@@ -1,4 +1,4 @@
-"""Finds out which I2C bus of which board each part is soldered to."""
+"""Finds out which I2C or SPI bus of which board each part is soldered to."""
 
 from __future__ import annotations
 
@@ -33,29 +33,34 @@ class BusReader:
         Raises:
             UsageError: a bus does not exist on either side, or an end leads nowhere.
         """
-        known = self._kinds[name].BUSES
+        kind = self._kinds[name]
+        known = {**dict.fromkeys(kind.BUSES, "I2C"), **dict.fromkeys(kind.SPI_BUSES, "SPI")}
         for key in entry.buses:
             if key not in known:
                 hint = did_you_mean(key, known, "its buses") if known else "it has none"
                 path: Path = ("parts", name, "buses", key)
                 raise self._strict.error(f"a {entry.kind} has no bus '{key}'", path, hint)
-        for key in known:
+        for key, which in known.items():
             if key not in entry.buses:
-                example = next(iter(self._interfaces()), "BOARD.I2C1")
+                example = next(iter(self._interfaces(which)), f"BOARD.{which}1")
                 hint = f'add buses = {{ {key} = "{example}" }}'
                 raise self._strict.error(f"'{name}': its bus '{key}' leads nowhere", ("parts", name), hint)
-        return {key: self._end(("parts", name, "buses", key), text) for key, text in entry.buses.items()}
+        return {key: self._end(("parts", name, "buses", key), text, known[key]) for key, text in entry.buses.items()}
 
-    def _interfaces(self) -> list[str]:
-        return [f"{name}.{i2c}" for name, one in self._boards.items() for i2c in one.board.variant.i2cs]
+    def _of(self, board: str, which: str) -> tuple[str, ...]:
+        variant = self._boards[board].board.variant
+        return variant.i2cs if which == "I2C" else variant.spis
 
-    def _end(self, path: Path, text: str) -> BusEnd:
+    def _interfaces(self, which: str) -> list[str]:
+        return [f"{board}.{interface}" for board in self._boards for interface in self._of(board, which)]
+
+    def _end(self, path: Path, text: str, which: str) -> BusEnd:
         board, _, interface = text.partition(".")
         if board not in self._boards:
-            hint = did_you_mean(text, self._interfaces(), "they are")
-            raise self._strict.error(f"'{text}' is no I2C interface of a board", path, hint)
-        known = self._boards[board].board.variant.i2cs
+            hint = did_you_mean(text, self._interfaces(which), "they are")
+            raise self._strict.error(f"'{text}' is no {which} interface of a board", path, hint)
+        known = self._of(board, which)
         if interface.upper() not in known:
             hint = did_you_mean(interface.upper(), known, "they are") if known else "those of its chip are not modelled"
-            raise self._strict.error(f"'{board}' has no I2C interface '{interface}'", path, hint)
+            raise self._strict.error(f"'{board}' has no {which} interface '{interface}'", path, hint)
         return BusEnd(board=board, interface=interface.upper())

@@ -17,8 +17,9 @@ from targets.mcu.pins import Pins
 from targets.mcu.registers import Peripheral
 from targets.mcu.serial_line import SerialFormat, SerialFrame, Words
 from targets.mcu.signals import Signals
+from targets.mcu.spi_bus import SpiBus
 
-__all__ = ["Ending", "I2c", "Machine", "Usart"]
+__all__ = ["Ending", "I2c", "Machine", "Spi", "Usart"]
 
 
 class Usart(Protocol):
@@ -72,6 +73,14 @@ class I2c(Protocol):
 
     def undrawn_ns(self) -> int | None:
         """Return the bench time from which on edges are still to come; None if there are none."""
+
+
+class Spi(Protocol):
+    """One SPI interface, as those outside see it."""
+
+    @property
+    def bus(self) -> SpiBus:
+        """What slaves are soldered to."""
 
 
 class Ending(Protocol):
@@ -132,6 +141,10 @@ class Chip(Protocol):
     @property
     def i2cs(self) -> Mapping[str, I2c]:
         """The I2C interfaces that are modelled, by name."""
+
+    @property
+    def spis(self) -> Mapping[str, Spi]:
+        """The SPI interfaces that are modelled, by name."""
 
     @property
     def blocks(self) -> Iterable[Peripheral]:

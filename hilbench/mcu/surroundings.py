@@ -11,8 +11,8 @@ from hilbench.bench import Bench
 from hilbench.benchfile.bench_file import BenchFile, Link, ModelTarget
 from hilbench.errors import UnavailableError
 from hilbench.links import Line, MemoryLink, Port
+from hilbench.mcu.buses import Buses
 from hilbench.mcu.group import MachineGroup
-from hilbench.mcu.i2c_buses import Buses
 from hilbench.mcu.parts import Parts
 from hilbench.mcu.seams import Machine
 from hilbench.mcu.usart_port import UsartPort

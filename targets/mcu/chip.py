@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from targets.mcu.bus import Bus
     from targets.mcu.stm32.i2c import I2c
     from targets.mcu.stm32.usart_base import UsartBase
+    from targets.mcu.stm32f1.spi import Spi
 
 __all__ = ["AskReset", "Boot", "Chip", "DeepSleep", "FlashMemory", "MakeCore", "Memory"]
 
@@ -122,6 +123,7 @@ class Chip(abc.ABC):
         peripherals: every peripheral by its name in the reference manual.
         usarts: the USARTs by name.
         i2cs: the I2C interfaces that are modelled, by name.
+        spis: the SPI interfaces that are modelled, by name.
         flash: the flash with its interface.
         ram: all RAM, for whoever wants to know whether anything changed; from 0x20000000 on first.
     """
@@ -139,6 +141,7 @@ class Chip(abc.ABC):
     peripherals: dict[str, Peripheral]
     usarts: dict[str, UsartBase]
     i2cs: Mapping[str, I2c] = {}
+    spis: Mapping[str, Spi] = {}
     ram: bytearray
 
     @abc.abstractmethod

@@ -49,6 +49,7 @@ PARTS: Mapping[str, str] = MappingProxyType(
         "neo6m": "targets.parts.neo6m:Neo6m",
         "p2os-adapter": "targets.parts.p2os_adapter:P2osAdapter",
         "tachometer-disc": "targets.parts.tachometer_disc:TachometerDisc",
+        "w25q": "targets.parts.w25q:W25q",
     }
 )
 """Module and class of each kind."""

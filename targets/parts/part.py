@@ -24,6 +24,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol
 
 from targets.mcu.i2c_bus import I2cSlave
+from targets.mcu.spi_bus import SpiSlave
 
 __all__ = [
     "HISTORY_NS",
@@ -235,6 +236,7 @@ class Part:
         QUANTITIES: physical values, by names that no terminal has.
         SERIAL: names of serial ends; at most one for now.
         BUSES: names of ends at an I2C bus, by names that are nothing else's.
+        SPI_BUSES: likewise of ends at an SPI bus.
         CONTROLS: what can be moved by hand, by names that are nothing else's.
         ABSENT: what the real one does and this does not, in a few words each; noted when it is asked for.
         Settings: a frozen dataclass of keywords whose fields carry ``unit`` and ``source`` in their metadata, see
@@ -250,6 +252,7 @@ class Part:
     QUANTITIES: ClassVar[tuple[Quantity, ...]] = ()
     SERIAL: ClassVar[tuple[str, ...]] = ()
     BUSES: ClassVar[tuple[str, ...]] = ()
+    SPI_BUSES: ClassVar[tuple[str, ...]] = ()
     CONTROLS: ClassVar[tuple[Control, ...]] = ()
     ABSENT: ClassVar[tuple[str, ...]] = ()
     Settings: ClassVar[type[Any]]
@@ -296,6 +299,10 @@ class Part:
         Raises:
             KeyError: the part has no such end.
         """
+        raise KeyError(name)
+
+    def spi_slave(self, name: str) -> SpiSlave:
+        """Return what answers at an end of `SPI_BUSES`; see `slave`."""
         raise KeyError(name)
 
     def receive(self, data: bytes, now_ns: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Sequence
 
 from rich.text import Text
@@ -21,6 +22,7 @@ _GUTTER = 9
 _COLOURS = ("cyan", "green", "yellow", "magenta")
 _APART_NS = 1_500_000_000
 """Points further apart than this are not joined: nobody said what was between them (choice)."""
+_MOST = sys.float_info.max
 _BIG, _SMALL, _SMALLEST = 100.0, 10.0, 0.005
 
 
@@ -90,7 +92,7 @@ def _draw(
         if ns > end_ns:
             break
         x = (ns - begin_ns) / (end_ns - begin_ns) * (canvas.width - 1)
-        y = (top - value) / (top - bottom) * (canvas.height - 1)
+        y = (top / 2 - value / 2) / (top / 2 - bottom / 2) * (canvas.height - 1)  # the largest figures have no double
         place = (x, min(max(y, 0.0), canvas.height - 1.0))
         if before is not None and ns - before[0] <= _APART_NS:
             canvas.line(before[1], place, style)
@@ -107,8 +109,8 @@ def _scale(low: float, high: float) -> tuple[float, float]:
         high = 0.0
     least = max(abs(low), abs(high)) * 0.02 or 1.0
     if high - low < least:
-        middle = (low + high) / 2
-        low, high = middle - least / 2, middle + least / 2
+        middle = low / 2 + high / 2
+        low, high = (max(min(end, _MOST), -_MOST) for end in (middle - least / 2, middle + least / 2))
     return low, high
 
 

@@ -4,7 +4,7 @@ Values are kept as written. Flags that hardware would set stay clear, but for th
 before it has begun: the RTC is always synchronised, CAN enters and leaves
 its initialisation and sleep modes at once, on a bus on which nobody else answers.
 
-Registers: RM0008 sections 18 (RTC), 21 (FSMC), 22 (SDIO), 23 (USB), 24 (bxCAN), 25 (SPI), 26 (I2C).
+Registers: RM0008 sections 18 (RTC), 21 (FSMC), 22 (SDIO), 23 (USB), 24 (bxCAN), 26 (I2C).
 """
 
 from __future__ import annotations
@@ -91,30 +91,6 @@ class I2c(Absent):
             self[0x00] = value
 
 
-class Spi(Absent):
-    """An SPI interface: the transmit buffer is always empty, nothing arrives."""
-
-    MISSING = "nothing is sent, nothing arrives"
-    REGISTERS = (
-        Register("CR1", 0x00, 0, HALF),
-        Register("CR2", 0x04, 0, 0xE7),
-        Register("SR", 0x08, 0x02, 0),
-        Register("DR", 0x0C, 0, HALF),
-        Register("CRCPR", 0x10, 0x07, HALF),
-        Register("RXCRCR", 0x14, 0, 0),
-        Register("TXCRCR", 0x18, 0, 0),
-        Register("I2SCFGR", 0x1C, 0, 0, note="devices of medium density have no I2S"),
-        Register("I2SPR", 0x20, 0, 0, note="devices of medium density have no I2S"),
-    )
-
-
-class SpiI2s(Absent):
-    """An SPI or I2S interface: the transmit buffer is always empty, nothing arrives."""
-
-    MISSING = Spi.MISSING
-    REGISTERS = registers("CR1 CR2 SR=2: DR CRCPR=7 RXCRCR: TXCRCR: I2SCFGR I2SPR=2")
-
-
 class Sdio(Absent):
     """The SD card interface: no card answers, and no timeout ends."""
 
@@ -192,18 +168,14 @@ class UsbMemory(Peripheral):
 
 def absent_peripherals(services: Services, density: Density = MEDIUM) -> list[Peripheral]:
     """Return everything of an STM32F103 of a density that is not modelled, at its address (RM0008 table 3)."""
-    spi2 = SpiI2s if "SPI3" in density.gates else Spi
     everything = (
         Rtc("RTC", 0x4000_2800, services),
-        spi2("SPI2", 0x4000_3800, services),
         I2c("I2C1", 0x4000_5400, services),
         I2c("I2C2", 0x4000_5800, services),
         Usb("USB", 0x4000_5C00, services),
         UsbMemory("USB_SRAM", 0x4000_6000, services),
         Can("CAN", 0x4000_6400, services),
         Cec("CEC", 0x4000_7800, services),
-        Spi("SPI1", 0x4001_3000, services),
-        SpiI2s("SPI3", 0x4000_3C00, services),
         Sdio("SDIO", 0x4001_8000, services),
         Fsmc("FSMC", 0xA000_0000, services),
     )

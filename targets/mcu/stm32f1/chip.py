@@ -43,6 +43,7 @@ from targets.mcu.stm32f1.options import OPTIONS_BASE
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
 from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE, diagnose, system_memory
+from targets.mcu.stm32f1.spi import Spi
 from targets.mcu.stm32f1.usart import Uart4, Uart5, Usart, ValueLineUsart
 from targets.mcu.timebase import Timebase
 from targets.mcu.variant import Variant
@@ -67,6 +68,7 @@ TIMERS = {
     "TIM17": 0x4001_4800,
 }
 ADCS = {"ADC1": (0x4001_2400, 18), "ADC2": (0x4001_2800, 18), "ADC3": (0x4001_3C00, 47)}
+SPIS = {"SPI1": (0x4001_3000, "APB2", 35), "SPI2": (0x4000_3800, "APB1", 36), "SPI3": (0x4000_3C00, "APB1", 51)}
 USARTS: Mapping[str, tuple[type[Usart], int, str, int]] = {
     "USART1": (Usart, 0x4001_3800, "APB2", 37),
     "USART2": (Usart, 0x4000_4400, "APB1", 38),
@@ -223,6 +225,11 @@ class Stm32f103(BasicChip):
         }
         if "ADC2" in there:
             self.adcs["ADC1"].join(self.adcs["ADC2"])
+        self.spis = {
+            name: Spi(name, base, services, bus=bus, irq=irq, has_i2s="SPI3" in there and name != "SPI1")
+            for name, (base, bus, irq) in SPIS.items()
+            if name in there
+        }
         absent = absent_peripherals(services, self.DENSITY)
         self._rtc = next(peripheral for peripheral in absent if isinstance(peripheral, Rtc))
         self._others: tuple[Peripheral, ...] = (
@@ -236,6 +243,7 @@ class Stm32f103(BasicChip):
             *self._timers,
             *([Dac(0x4000_7400, services, pins, value_line=value_line)] if "DAC" in there else []),
             *self.adcs.values(),
+            *self.spis.values(),
             *absent,
         )
 

@@ -84,6 +84,11 @@ def _variant(name: ChipName) -> Variant:
         ram_bytes=ram_kb * _KB,
         pins=_PACKAGES[package],
         usarts=usarts,
+        spis=("SPI1",)
+        if package == "T" or size in "46"
+        else ("SPI1", "SPI2", "SPI3")
+        if size in "CDE"
+        else ("SPI1", "SPI2"),
         boot1_pin="PB2",
     )
 

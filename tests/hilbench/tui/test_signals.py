@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from hilbench.tui.model.bench import BenchModel
@@ -104,6 +104,9 @@ def test_of_several_lines_each_has_its_own_rates():
 
 
 @given(st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=1, max_size=20), st.integers(12, 90))
+@example([8.98846567431158e307], 12)
+@example([1.7976931348623157e308], 12)
+@example([-1.7976931348623157e308, 1.7976931348623157e308], 12)
 def test_any_figures_are_plotted_within_their_room(figures, width):
     model = BenchModel({})
     for number, value in enumerate(figures):

@@ -13,8 +13,8 @@ from hilbench.benchfile.bench_model import PartEntry
 from hilbench.benchfile.bus_reader import BusReader
 from hilbench.errors import UsageError
 from hilbench.mcu import parts as wiring
+from hilbench.mcu.buses import Buses
 from hilbench.mcu.group import MachineGroup
-from hilbench.mcu.i2c_buses import Buses
 from hilbench.mcu.parts import Parts
 from hilbench.strict import Strict
 from targets.mcu.stm32.i2c import I2c

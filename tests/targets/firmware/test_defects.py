@@ -32,6 +32,8 @@ from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import Gpio
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
+from targets.mcu.stm32f1.spi import Spi
+from targets.mcu.stm32f1.spi_wire import SpiWire
 from targets.mcu.stm32f1.usart import Usart
 from tests.targets.firmware.defect import Defect, finds_it, first_of_each
 
@@ -72,6 +74,28 @@ DEFECTS = [
     Defect("fast interleaved, ADC1 never comes", "adc", Dual, "_regular", "self._master.start_regular", "lambda: None"),
     Defect("the interrupt never comes", "adc", Adc, "_drive_irq", "self.unit.interrupt", "False"),
     Defect("the sensor is cold", "adc", Adc, "_volts_at", "self.internal.volts(channel)", "0.0"),
+    # --- SPI
+    Defect("words take half as long", "spi", Spi, "_begin", "<< (control >> 3 & 7)", "<< (control >> 3 & 7) >> 1"),
+    Defect("always eight bits", "spi", Spi, "_bits", "16 if self[CR1] & DFF else 8", "8"),
+    Defect("TXE stays", "spi", Spi, "write_DR", "&= ~TXE", "&= ~0"),
+    Defect("DR leaves RXNE", "spi", Spi, "read_DR", "&= ~RXNE", "&= ~0"),
+    Defect("no overrun", "spi", Spi, "_received", "|= OVR", "|= 0"),
+    Defect(
+        "an overrun has the last word", "spi", Spi, "_received", "self[SR] |= OVR", "self[SR] |= OVR; self[DR] = word"
+    ),
+    Defect("SR alone ends an overrun", "spi", Spi, "read_SR", "and self._read_dr", ""),
+    Defect("no mode fault by SSI", "spi", Spi, "_selected", "return not control & SSI", "return False"),
+    Defect("no mode fault by NSS", "spi", Spi, "_nss_changed", "self._master and not level", "False"),
+    Defect("MODF holds nothing", "spi", Spi, "write_CR1", "value &= ~(SPE | MSTR)", "pass"),
+    Defect("MODF never ends", "spi", Spi, "write_CR1", "self[SR] &= ~MODF", "pass"),
+    Defect("receive-only stops by itself", "spi", Spi, "_proceed", "if self._receives_only", "if False"),
+    Defect("one wire out receives", "spi", Spi, "_word_over", "if not self._transmits_only:", "if True:"),
+    Defect("LSBFIRST is not looked at", "spi", Spi, "_begin", "if control & LSBFIRST", "if False"),
+    Defect("the CRC is not sent", "spi", Spi, "_word_over", "self._waiting = self[TXCRCR]", "pass"),
+    Defect("the CRC is not compared", "spi", Spi, "_word_over", "self[SR] |= CRCERR", "pass"),
+    Defect("RXNEIE is not looked at", "spi", Spi, "_update", "flags & RXNE and enables & RXNEIE", "False"),
+    Defect("no request to send", "spi", Spi, "_update", "flags & TXE and enables & TXDMAEN", "False"),
+    Defect("SCK idles low", "spi", SpiWire, "idle", "self._sck.set(cpol)", "self._sck.set(False)"),
     # --- TIM
     Defect("UG sets UIF in spite of URS", "tim", TimerEffects, "_reinitialise", "if self[CR1] & URS", "if False"),
     Defect("no overcapture", "tim-inputs", TimerEffects, "captured", "flag << 8 | flag if", "flag if"),

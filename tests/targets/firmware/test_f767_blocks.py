@@ -34,7 +34,7 @@ DEFECTS = [
     Defect(
         "a timeout of double length", "serial", Receiver, "_schedule_idle", "16 * self.timeout", "32 * self.timeout"
     ),
-    Defect("no match", "serial", Usart, "_word", "self[ISR] |= CMF", "pass"),
+    Defect("no match", "serial", Usart, "_read_word", "self[ISR] |= CMF", "pass"),
     Defect("mute mode hides nothing", "serial", Usart, "_is_muted_for", "if not cr1 & MME", "if True"),
     Defect("every address is mine", "serial", Usart, "_is_muted_for", "is_mine = not", "is_mine = True or not"),
     Defect("UE keeps the flags", "serial", Usart, "_stop", "self[ISR] = self.registers[ISR].reset", "pass"),

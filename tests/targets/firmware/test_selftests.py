@@ -22,6 +22,7 @@ CHECKS = {
     "nvic": 88,
     "pwr-bkp": 22,
     "rcc": 57,
+    "spi": 49,
     "systick": 21,
     "tim": 66,
     "tim-inputs": 57,

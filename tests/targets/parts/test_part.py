@@ -18,7 +18,7 @@ KINDS = tuple(PARTS)
 def test_a_kind_is_a_part_with_names_of_its_own(kind: str) -> None:
     found = part_class(kind)
     assert issubclass(found, Part)
-    ends = [*found.SERIAL, *found.BUSES]
+    ends = [*found.SERIAL, *found.BUSES, *found.SPI_BUSES]
     names = [item.name for item in (*found.TERMINALS, *found.QUANTITIES, *found.CONTROLS)] + ends
     assert len(names) == len(set(names))
     assert all(names)
@@ -57,8 +57,11 @@ def test_slaves_are_those_that_are_named(kind: str) -> None:
     part = found(found.Settings(), Ports(), seed=0)
     for name in found.BUSES:
         part.slave(name).end(0)
-    with pytest.raises(KeyError):
-        part.slave("no such end")
+    for name in found.SPI_BUSES:
+        assert part.spi_slave(name).modes <= {0, 1, 2, 3}
+    for slave in (part.slave, part.spi_slave):
+        with pytest.raises(KeyError):
+            slave("no such end")
 
 
 @pytest.mark.parametrize("kind", KINDS)

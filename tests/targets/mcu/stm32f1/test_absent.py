@@ -15,11 +15,10 @@ from targets.mcu.testing import FakeChip, peek, poke
 RESET_VALUES = {
     "RTC": {"CRL": 0x20},  # the others that are not 0 are write-only, or DIVL
     "I2C": {"TRISE": 2},
-    "SPI": {"SR": 2, "CRCPR": 7},
     "CAN": {"MCR": 0x0001_0002, "MSR": 0xC02, "TSR": 0x1C00_0000, "BTR": 0x0123_0000, "FMR": 0x2A1C_0E01},
     "USB": {"CNTR": 3},
 }
-COUNTS = {"RTC": 10, "I2C": 9, "SPI": 9, "CAN": 8 + 12 + 8 + 5 + 28, "USB": 13}
+COUNTS = {"RTC": 10, "I2C": 9, "CAN": 8 + 12 + 8 + 5 + 28, "USB": 13}
 
 
 @pytest.fixture
@@ -35,13 +34,11 @@ def parts(chip):
 def test_everything_is_there(parts):
     assert {name: part.base for name, part in parts.items()} == {
         "RTC": 0x4000_2800,
-        "SPI2": 0x4000_3800,
         "I2C1": 0x4000_5400,
         "I2C2": 0x4000_5800,
         "USB": 0x4000_5C00,
         "USB_SRAM": 0x4000_6000,
         "CAN": 0x4000_6400,
-        "SPI1": 0x4001_3000,
     }
 
 
@@ -61,12 +58,12 @@ def test_reset_values_and_fidelity_of_every_register(parts):
 
 
 def test_the_first_touch_of_a_register_is_noted(chip, parts):
-    peek(parts["SPI1"], "SR")
-    peek(parts["SPI1"], "SR")
-    poke(parts["SPI1"], "DR", 1)
+    peek(parts["I2C1"], "SR1")
+    peek(parts["I2C1"], "SR1")
+    poke(parts["I2C1"], "DR", 1)
     peek(parts["RTC"], "PRLL")
     poke(parts["USB"], "EP0R", 0)
-    assert chip.noted("unmodelled") == ["SPI1_SR", "SPI1_DR", "RTC_PRLL", "USB_EP0R"]
+    assert chip.noted("unmodelled") == ["I2C1_SR1", "I2C1_DR", "RTC_PRLL", "USB_EP0R"]
 
 
 def test_the_rtc_is_always_synchronised_and_ready(parts):

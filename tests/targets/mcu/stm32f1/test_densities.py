@@ -32,7 +32,6 @@ MODELLED_OF_HIGH = {
     "DMA2": 0x4002_0400,
 }
 ABSENT_OF_HIGH = {
-    "SPI3": 0x4000_3C00,
     "SDIO": 0x4001_8000,
     "FSMC": 0xA000_0000,
 }
@@ -101,9 +100,6 @@ def test_reset_values_of_what_only_high_density_has(high):
     }
     assert nonzero == {
         **{(f"TIM{number}", "ARR"): 0xFFFF for number in (5, 6, 7, 8)},
-        ("SPI3", "SR"): 2,
-        ("SPI3", "CRCPR"): 7,
-        ("SPI3", "I2SPR"): 2,
         ("UART4", "SR"): 0xC0,
         ("UART5", "SR"): 0xC0,
     }

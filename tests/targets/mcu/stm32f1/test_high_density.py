@@ -319,3 +319,13 @@ def test_adc3_asks_dma2(rig):
     rig.poke("ADC3_CR2", 0x005E_0101)
     rig.advance(1000)
     assert rig.peek("DMA2_CNDTR5") == 3
+
+
+def test_spi3_asks_dma2(rig):
+    """Table 79: channel 2 sends."""
+    for register, value in (("CNDTR2", 3), ("CPAR2", 0x4000_3C0C), ("CMAR2", 0x2000_0000), ("CCR2", 0x91)):
+        rig.poke(f"DMA2_{register}", value)
+    rig.poke("SPI3_CR2", 2)
+    rig.poke("SPI3_CR1", 0x344)
+    rig.advance(1000)
+    assert rig.peek("DMA2_CNDTR2") == 0

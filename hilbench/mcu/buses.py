@@ -1,8 +1,8 @@
-"""The I2C buses of the chips, with the parts that are soldered to them.
+"""The I2C and SPI buses of the chips, with the parts that are soldered to them.
 
-A chip runs ahead of bench time, and so do the calls that its I2C makes of a part. What the part tells meanwhile goes
-into the journal at the time of the call; a transaction does so at its end, as one event of the bus. After each call the
-part is asked anew when it is due next, and no chip runs beyond that.
+A chip runs ahead of bench time, and so do the calls that its I2C or SPI makes of a part. What the part tells meanwhile
+goes into the journal at the time of the call; a transaction of an I2C bus does so at its end, as one event of the bus.
+After each call the part is asked anew when it is due next, and no chip runs beyond that.
 """
 
 from __future__ import annotations
@@ -17,17 +17,34 @@ from hilbench.mcu.group import MachineGroup
 from hilbench.mcu.parts import Parts
 from hilbench.mcu.seams import Machine
 from targets.mcu.i2c_bus import I2cSlave, I2cTransaction
+from targets.mcu.spi_bus import SpiSlave
 
 __all__ = ["Buses"]
 
 
-class _Ahead:
-    """A slave of a part, called while its chip is ahead of the bench."""
+class _Calls:
+    """Calls of a part, made while its chip is ahead of the bench."""
 
-    def __init__(self, parts: Parts, group: MachineGroup, name: str, slave: I2cSlave) -> None:
+    def __init__(self, parts: Parts, group: MachineGroup, name: str) -> None:
         self._parts = parts
         self._group = group
         self._name = name
+
+    @contextlib.contextmanager
+    def at(self, now_ns: int) -> Iterator[None]:
+        """Call it at a time."""
+        with self._parts.ahead(self._name, now_ns):
+            yield
+        due_ns = self._parts.settle(self._name)
+        if due_ns is not None:
+            self._group.limit(due_ns)
+
+
+class _I2cAhead:
+    """What a part has at an I2C bus."""
+
+    def __init__(self, calls: _Calls, slave: I2cSlave) -> None:
+        self._at = calls.at
         self._slave = slave
 
     def address(self, address: int, read: bool, now_ns: int) -> bool:
@@ -46,13 +63,22 @@ class _Ahead:
         with self._at(now_ns):
             self._slave.end(now_ns)
 
-    @contextlib.contextmanager
-    def _at(self, now_ns: int) -> Iterator[None]:
-        with self._parts.ahead(self._name, now_ns):
-            yield
-        due_ns = self._parts.settle(self._name)
-        if due_ns is not None:
-            self._group.limit(due_ns)
+
+class _SpiAhead:
+    """What a part has at an SPI bus."""
+
+    def __init__(self, calls: _Calls, slave: SpiSlave) -> None:
+        self._at = calls.at
+        self._slave = slave
+        self.modes = slave.modes
+
+    def selected(self, now_ns: int) -> bool:
+        with self._at(now_ns):
+            return self._slave.selected(now_ns)
+
+    def exchange(self, byte: int, now_ns: int) -> int:
+        with self._at(now_ns):
+            return self._slave.exchange(byte, now_ns)
 
 
 class Buses:
@@ -81,8 +107,11 @@ class Buses:
                 i2c.bus.taps.append(partial(self._ended, str(BusEnd(board=board, interface=interface)).lower()))
         for name, plan in plans.items():
             for key, end in plan.buses.items():
-                slave = _Ahead(parts, group, name, parts.by_name[name].slave(key))
-                machines[end.board].chip.i2cs[end.interface].bus.attach(slave)
+                part, chip, calls = parts.by_name[name], machines[end.board].chip, _Calls(parts, group, name)
+                if key in part.SPI_BUSES:
+                    chip.spis[end.interface].bus.attach(_SpiAhead(calls, part.spi_slave(key)))
+                else:
+                    chip.i2cs[end.interface].bus.attach(_I2cAhead(calls, part.slave(key)))
 
     def _ended(self, source: str, transaction: I2cTransaction) -> None:
         self._group.output(

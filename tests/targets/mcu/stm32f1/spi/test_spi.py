@@ -1,0 +1,392 @@
+"""SPI by the manual (RM0008 section 25): words, flags and how they are cleared, NSS, CRC, requests, a slave."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from targets.mcu.services import Watch
+from targets.mcu.stm32f1.spi_crc import crc_of
+
+CPHA, CPOL, MSTR, SPE, LSBFIRST, SSI, SSM, RXONLY, DFF, CRCNEXT, CRCEN, BIDIOE, BIDIMODE = (
+    1 << bit for bit in (0, 1, 2, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)
+)
+RXDMAEN, TXDMAEN, SSOE, ERRIE, RXNEIE, TXEIE = (1 << bit for bit in (0, 1, 2, 5, 6, 7))
+MASTER = MSTR | SPE | SSI | SSM
+
+
+def reversed_byte(byte):
+    return int(f"{byte:08b}"[::-1], 2)
+
+
+class TestWords:
+    def test_after_reset(self, rig):
+        assert rig.flags() == {"TXE"}
+        assert rig.peek("CRCPR") == 7
+
+    def test_a_byte_each_way(self, rig):
+        slave = rig.slave(0x5A)
+        rig.master()
+        rig.poke("DR", 0xA7)
+        assert rig.flags() == {"TXE", "BSY"}
+        rig.clocks(7)
+        assert rig.flags() == {"TXE", "BSY"}
+        rig.clocks(1)
+        assert rig.flags() == {"TXE", "RXNE"}
+        assert rig.peek("DR") == 0x5A
+        assert rig.flags() == {"TXE"}
+        assert slave.bytes == b"\xa7"
+
+    @given(br=st.integers(0, 7), divider=st.sampled_from((1, 2, 4)), wide=st.booleans())
+    def test_how_long_it_takes(self, make_rig, br, divider, wide):
+        """RM0008 section 25.5.1: fPCLK divided by 2 to 256, and 8 or 16 clocks."""
+        rig = make_rig(APB2=divider)
+        rig.master(DFF if wide else 0, br=br)
+        rig.poke("DR", 1)
+        cycles = (16 if wide else 8) * divider * (2 << br)
+        rig.chip.advance(cycles - 1)
+        assert "BSY" in rig.flags()
+        rig.chip.advance(1)
+        assert rig.flags() == {"TXE", "RXNE"}
+
+    def test_one_waits_while_another_goes_out(self, rig):
+        slave = rig.slave(1, 2, 3)
+        rig.master()
+        rig.poke("DR", 0x11)
+        rig.poke("DR", 0x22)
+        assert rig.flags() == {"BSY"}
+        rig.clocks(8)
+        assert rig.flags() == {"BSY", "TXE", "RXNE"}
+        assert rig.peek("DR") == 1
+        rig.clocks(8)
+        assert rig.peek("DR") == 2
+        assert rig.flags() == {"TXE"}
+        assert [ns for _, ns in slave.taken] == [222, 444]
+
+    def test_sixteen_bits_are_two_bytes_of_a_slave(self, rig):
+        slave = rig.slave(0x12, 0x34)
+        rig.master(DFF)
+        assert rig.transfer(0xABCD, bits=16) == [0x1234]
+        assert slave.bytes == b"\xab\xcd"
+
+    @given(
+        words=st.lists(st.integers(0, 255), min_size=1, max_size=5), answers=st.lists(st.integers(0, 255), max_size=5)
+    )
+    def test_the_other_way_round(self, make_rig, words, answers):
+        rig = make_rig()
+        slave = rig.slave(*answers)
+        rig.master(LSBFIRST)
+        padded = (answers + [0xFF] * 5)[: len(words)]
+        assert rig.transfer(*words) == [reversed_byte(answer) for answer in padded]
+        assert slave.bytes == bytes(map(reversed_byte, words))
+
+    @pytest.mark.parametrize("level", [False, True])
+    def test_where_nobody_answers_is_what_stands_at_the_pin(self, rig, level):
+        rig.chip.input("SPI1_MISO").drive(level)
+        rig.slave(1).on = False
+        rig.master()
+        assert rig.transfer(0x55) == [0xFF if level else 0]
+
+    def test_of_several_low_wins(self, rig):
+        rig.slave(0xF0)
+        rig.slave(0x3C)
+        rig.master()
+        assert rig.transfer(0) == [0x30]
+
+    @pytest.mark.parametrize("mode", [0, 1, 2, 3])
+    def test_a_slave_in_another_mode_sees_bits_late(self, rig, mode):
+        slave = rig.slave(0x80, 0x01, modes=(0, 3))
+        rig.master(mode)  # CPHA and CPOL are the two lowest bits
+        found = rig.transfer(0x03, 0x40)
+        right = mode in (0, 3)
+        # CPOL is bit 1 and CPHA bit 0, as in the number of the mode
+        assert slave.bytes == (b"\x03\x40" if right else b"\x81\xa0")
+        assert found == ([0x80, 0x01] if right else [0xC0, 0x00])
+
+    def test_written_before_spe_it_waits(self, rig):
+        slave = rig.slave()
+        rig.poke("CR1", MASTER & ~SPE)
+        rig.poke("DR", 7)
+        rig.clocks(20)
+        assert rig.flags() == set()
+        rig.poke("CR1", MASTER)
+        assert rig.flags() == {"TXE", "BSY"}
+        rig.clocks(8)
+        assert slave.bytes == b"\x07"
+
+    def test_a_word_under_way_ends_after_spe_was_cleared(self, rig):
+        rig.slave(9)
+        rig.master()
+        rig.poke("DR", 7)
+        rig.clocks(3)
+        rig.poke("CR1", MASTER & ~SPE)
+        rig.clocks(5)
+        assert rig.peek("DR") == 9
+
+    def test_a_reset_forgets_it(self, rig):
+        rig.master()
+        rig.poke("DR", 7)
+        rig.spi.reset()
+        rig.clocks(50)
+        assert rig.flags() == {"TXE"}
+
+    def test_receive_only_clocks_until_spe_falls(self, rig):
+        """RM0008 section 25.3.5: from SPE on, word after word."""
+        slave = rig.slave(1, 2, 3)
+        rig.master(RXONLY)
+        for expected in (1, 2):
+            rig.clocks(8)
+            assert rig.peek("DR") == expected
+        rig.poke("CR1", (MASTER | RXONLY) & ~SPE)
+        rig.clocks(100)
+        assert rig.peek("DR") == 3
+        assert len(slave.taken) == 3
+
+    def test_one_wire_out_and_in(self, rig):
+        slave = rig.slave(0x77)
+        rig.master(BIDIMODE | BIDIOE)
+        rig.poke("DR", 0x12)
+        rig.clocks(8)
+        assert rig.flags() == {"TXE"}
+        assert slave.bytes == b"\x12"
+        slave.answers[:] = [0x77]
+        rig.poke("CR1", MASTER | BIDIMODE)
+        rig.clocks(8)
+        rig.poke("CR1", (MASTER | BIDIMODE) & ~SPE)
+        assert rig.peek("DR") == 0x77
+
+
+class TestErrors:
+    def test_overrun(self, rig):
+        """What is in DR stays; the flag ends with a read of DR and then of SR."""
+        rig.slave(1, 2, 3)
+        rig.master()
+        rig.poke("CR2", ERRIE)
+        for word in (5, 6):
+            rig.poke("DR", word)
+            rig.clocks(8)
+        assert rig.flags() == {"TXE", "RXNE", "OVR"}
+        assert rig.irq.level
+        assert rig.peek("DR") == 1
+        assert "OVR" in rig.flags()  # this very read ends it
+        assert rig.flags() == {"TXE"}
+        assert not rig.irq.level
+
+    def test_a_read_of_sr_alone_ends_no_overrun(self, rig):
+        rig.master()
+        for word in (5, 6):
+            rig.poke("DR", word)
+            rig.clocks(8)
+        for _ in range(3):
+            assert "OVR" in rig.flags()
+
+    @pytest.mark.parametrize("by_pin", [False, True])
+    def test_mode_fault(self, rig, by_pin):
+        """RM0008 section 25.3.10: SPE and MSTR fall, and cannot be set before SR was read and CR1 written."""
+        rig.poke("CR2", ERRIE)
+        rig.poke("CR1", MSTR | SPE | (0 if by_pin else SSM | SSI))
+        assert rig.flags() == {"TXE"}
+        if by_pin:
+            rig.chip.input("SPI1_NSS").drive(False)
+        else:
+            rig.poke("CR1", MSTR | SPE | SSM)
+        assert rig.irq.level
+        assert not rig.peek("CR1") & (SPE | MSTR)
+        rig.poke("CR1", MASTER)
+        assert not rig.peek("CR1") & (SPE | MSTR)
+        assert rig.flags() == {"TXE", "MODF"}
+        rig.poke("CR1", MASTER)
+        assert rig.peek("CR1") & (SPE | MSTR) == SPE | MSTR
+        assert rig.flags() == {"TXE"}
+        assert not rig.irq.level
+
+    def test_with_nss_as_an_output_there_is_none(self, rig):
+        rig.chip.input("SPI1_NSS").drive(False)
+        rig.poke("CR2", SSOE)
+        rig.poke("CR1", MSTR | SPE)
+        assert rig.flags() == {"TXE"}
+        assert rig.chip.output("SPI1_NSS").level is False
+        rig.poke("CR1", MSTR)
+        assert rig.chip.output("SPI1_NSS").level is None
+
+    def test_what_a_driver_does_wrong_is_noted(self, rig):
+        rig.master()
+        for word in (1, 2, 3):
+            rig.poke("DR", word)
+        assert rig.chip.noted("misuse") == ["SPI1_DR"]
+        rig.poke("CR1", MASTER | DFF)
+        assert rig.chip.noted("misuse") == ["SPI1_DR", "SPI1_CR1"]
+
+
+class TestCrc:
+    def test_vectors(self):
+        """CRC-8 and CRC-16/XMODEM of "123456789", catalogue of parametrised CRC algorithms."""
+        crc = 0
+        for byte in b"123456789":
+            crc = crc_of(crc, byte, 0x07, 8)
+        assert crc == 0xF4
+        crc = 0
+        for high, low in zip(b"12345678"[::2], b"12345678"[1::2], strict=True):
+            crc = crc_of(crc, high << 8 | low, 0x1021, 16)
+        assert crc == 0x9015
+
+    @pytest.mark.parametrize("spoilt", [0, 1])
+    def test_it_follows_the_last_word_and_is_compared(self, rig, spoilt):
+        answer = crc_of(crc_of(0, 0x20, 7, 8), 0x30, 7, 8)
+        slave = rig.slave(0x20, 0x30, answer ^ spoilt)
+        rig.master(CRCEN)
+        rig.poke("CR2", ERRIE)
+        assert rig.transfer(0x12) == [0x20]
+        rig.poke("DR", 0x34)
+        rig.poke("CR1", MASTER | CRCEN | CRCNEXT)
+        rig.clocks(8)
+        assert rig.peek("DR") == 0x30
+        assert rig.peek("RXCRCR") == answer
+        rig.clocks(8)
+        sent = crc_of(crc_of(0, 0x12, 7, 8), 0x34, 7, 8)
+        assert slave.bytes == bytes((0x12, 0x34, sent))
+        assert rig.peek("TXCRCR") == sent
+        assert ("CRCERR" in rig.flags()) is bool(spoilt)
+        assert rig.irq.level is bool(spoilt)
+        rig.poke("SR", 0)
+        assert "CRCERR" not in rig.flags()
+
+    def test_crcen_begins_anew(self, rig):
+        rig.slave()
+        rig.master(CRCEN)
+        rig.transfer(0x55)
+        assert rig.peek("TXCRCR")
+        rig.poke("CR1", 0)
+        assert (rig.peek("TXCRCR"), rig.peek("RXCRCR")) == (0, 0)
+
+    def test_with_dma_the_one_that_comes_by_itself_is_missing(self, rig):
+        rig.master(CRCEN)
+        rig.poke("CR2", TXDMAEN)
+        assert rig.chip.noted("unmodelled") == ["SPI1_CR2.TXDMAEN"]
+
+
+class TestLines:
+    def test_interrupts(self, rig):
+        rig.slave(1)
+        rig.master()
+        rig.poke("CR2", TXEIE)
+        assert rig.irq.level
+        rig.poke("CR2", RXNEIE)
+        assert not rig.irq.level
+        rig.poke("DR", 5)
+        rig.clocks(8)
+        assert rig.irq.level
+        rig.peek("DR")
+        assert not rig.irq.level
+
+    def test_requests(self, rig):
+        rig.slave(1, 2, 3)
+        sent, got = [0x11, 0x22, 0x33], []
+        tx, rx = rig.chip.dma("SPI1_TX"), rig.chip.dma("SPI1_RX")
+
+        def fill(level):
+            if level and sent:
+                rig.chip.time.after(5, lambda: sent and rig.poke("DR", sent.pop(0)))
+
+        def drain(level):
+            if level:
+                rig.chip.time.after(5, lambda: got.append(rig.peek("DR")) if rx.level else None)
+
+        tx.on_set, rx.on_set = fill, drain
+        rig.master(br=2)
+        rig.poke("CR2", TXDMAEN | RXDMAEN)
+        rig.clocks(40, br=2)
+        assert got == [1, 2, 3]
+
+    @pytest.mark.parametrize("watch", [Watch.RECORD, Watch.LIVE])
+    @pytest.mark.parametrize("mode", [0, 1, 2, 3])
+    def test_what_the_pins_do(self, make_rig, watch, mode):
+        """RM0008 figure 240: MOSI is steady at the edges at which a slave samples."""
+        rig = make_rig()
+        rig.watch(watch)
+        rig.master(mode, br=1)
+        sck, mosi = rig.chip.output("SPI1_SCK"), rig.chip.output("SPI1_MOSI")
+        idle = bool(mode & 2)
+        assert sck.level is idle
+        begin = rig.chip.time.now
+        rig.poke("DR", 0b1011_0010)
+        rig.clocks(8, br=1)
+        edges = [
+            (cycle - begin, level) for cycle, level in sck.edges if cycle >= begin and (cycle, level) != (begin, idle)
+        ]
+        assert len(edges) == 16
+        sampled = []
+        for number, (cycle, _) in enumerate(edges):
+            if number % 2 == mode % 2:
+                before = [level for at, level in mosi.edges if at - begin < cycle]
+                sampled.append(before[-1])
+        assert sampled == [bit == "1" for bit in "10110010"]
+        assert sck.level is idle
+
+    def test_a_wire_back_is_read_bit_by_bit(self, rig):
+        rig.watch(Watch.LIVE)
+        miso, mosi = rig.chip.input("SPI1_MISO"), rig.chip.output("SPI1_MOSI")
+        rig.master(br=1)
+        tell = mosi.set
+
+        def both(level):
+            tell(level)
+            miso.drive(bool(level))
+
+        mosi.set = both
+        rig.poke("DR", 0xA6)
+        rig.clocks(8, br=1)
+        assert rig.peek("DR") == 0xA6
+
+
+class TestSlave:
+    def test_it_answers_what_was_written(self, rig):
+        rig.poke("CR1", SPE | SSM)
+        rig.poke("DR", 0x42)
+        assert rig.flags() == set()
+        assert rig.spi.exchange(0x99) == 0x42
+        assert rig.flags() == {"TXE", "RXNE"}
+        assert rig.peek("DR") == 0x99
+
+    def test_by_the_pin(self, rig):
+        rig.poke("CR1", SPE)
+        assert rig.spi.exchange(1) is None
+        rig.chip.input("SPI1_NSS").drive(False)
+        assert rig.spi.exchange(1) is not None
+
+    @pytest.mark.parametrize("cr1", [0, MASTER, SPE | SSM | SSI])
+    def test_who_is_none_does_not_answer(self, rig, cr1):
+        rig.poke("CR1", cr1)
+        assert rig.spi.exchange(1) is None
+        assert "RXNE" not in rig.flags()
+
+    def test_overrun(self, rig):
+        rig.poke("CR1", SPE | SSM)
+        for word in (1, 2):
+            rig.spi.exchange(word)
+        assert "OVR" in rig.flags()
+
+
+def test_i2s_is_said_to_be_missing(make_rig):
+    rig = make_rig(has_i2s=True)
+    rig.poke("I2SCFGR", 1 << 11)
+    assert rig.chip.noted("unmodelled")[0] == "SPI1_I2SCFGR"
+    assert rig.peek("I2SPR") == 2
+
+
+@given(
+    writes=st.lists(
+        st.tuples(st.sampled_from(("CR1", "CR2", "SR", "DR", "CRCPR")), st.integers(0, 0xFFFF), st.integers(0, 99))
+    )
+)
+def test_no_writes_break_it(make_rig, writes):
+    rig = make_rig()
+    rig.slave(*range(50))
+    for register, value, clocks in writes:
+        rig.poke(register, value)
+        rig.clocks(clocks)
+        rig.flags()
+    rig.spi.reset()
+    rig.clocks(9999)
+    assert rig.flags() == {"TXE"}
