@@ -43,6 +43,8 @@ from worlds.vehicles.pioneer_2dx import vehicle
 FOLDER = Path(__file__).parent
 CHIPS = {
     "mcu-registers.md": "STM32F103C8",
+    "mcu-registers-f103ze.md": "STM32F103ZE",
+    "mcu-registers-f100rb.md": "STM32F100RB",
     "mcu-registers-f767.md": "STM32F767ZI",
     "mcu-registers-h753.md": "STM32H753ZI",
 }

@@ -29,7 +29,7 @@ STM32 = "tests/targets/mcu/stm32"
 # What tests a peripheral in C, by the beginning of its files' names: self-tests on a board, and files.
 PERIPHERALS = {
     "usart": ("usart", [f"{STM32}f1/usart"]),
-    "dma": ("dma", [f"{STM32}f1/dma"]),
+    "dma": ("dma or high-density", [f"{STM32}f1/dma"]),
     "port": (
         "gpio or pins",
         [f"{STM32}f1/test_gpio.py", f"{STM32}/test_gpio_v2.py", f"{STM32}f1/test_gpio_latches.py"],
@@ -382,7 +382,14 @@ DEFECTS = (
         "memory += peripheral_size",
     ),
     _dma("widths the wrong way round", "13.4.3", "PSIZE = 8, MSIZE = 10", "PSIZE = 10, MSIZE = 8"),
-    _dma("interrupts without their enables", "13.3.6", "flags(dma, n) & registers(dma, n)[CCR]", "flags(dma, n)"),
+    _dma(
+        "interrupts without their enables",
+        "13.3.6",
+        "flags(dma, other) & registers(dma, other)[CCR]",
+        "flags(dma, other)",
+    ),
+    _dma("channel 5 has an interrupt of its own", "table 63", "n < dma->irqs ? n : dma->irqs - 1", "n"),
+    _dma("a shared interrupt is that of the last", "table 63", "level |= (flags", "level = (flags"),
     _dma("a channel with nothing left goes on", "13.4.4", "r[CCR] & EN && r[CNDTR] && (", "r[CCR] & EN && ("),
     _port(
         "BSRR: reset wins",

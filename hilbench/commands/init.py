@@ -43,7 +43,7 @@ def parser() -> Parser:
     )
     add = made.add_argument
     add("--board", metavar="BOARD",
-        help="built-in board (bluepill, nucleo-f103rb, nucleo-f767zi, nucleo-h753zi), "
+        help="built-in board (bluepill, nucleo-f103rb, nucleo-f767zi, nucleo-h753zi, stm32vldiscovery), "
         "or a file of yours (.toml)")  # fmt: skip
     add("--chip", metavar="PART", help="the chip that the board has instead of its own, such as STM32F103CB")
     add("--image", metavar="IMAGE", type=Path, help="what would be flashed: ELF, Intel HEX or raw binary")

@@ -74,6 +74,14 @@ _SERIES = MappingProxyType(
             options=(0x1FFF_F800, 16),
             boot_loaders=(4, 8, 10, 12, 16, 20, 24, 28, 32, 48, 64),
         ),
+        # DS5944, ordering information; RM0041 table 50
+        "STM32F100": _Series(
+            sizes_kb=MappingProxyType({"4": (16, 4), "6": (32, 4), "8": (64, 8), "B": (128, 8)}),
+            cpu="cortex-m3",
+            irq_count=56,
+            options=(0x1FFF_F800, 16),
+            boot_loaders=(4, 8, 10, 12, 16, 20, 24, 28, 32, 48, 64),
+        ),
         # DS11532, ordering information; boot loaders end where a sector does (RM0410 section 3.3.1)
         "STM32F767": _Series(
             sizes_kb=MappingProxyType({"G": (1024, 512), "I": (2048, 512)}),

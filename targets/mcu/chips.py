@@ -15,9 +15,9 @@ __all__ = ["chip_of"]
 def chip_of(variant: Variant) -> type[Chip]:
     """Return the chip that a part number is."""
     if variant.family == "stm32f1":
-        from targets.mcu.stm32f1.chip import stm32f103_with
+        from targets.mcu.stm32f1 import chip as stm32f1
 
-        return stm32f103_with(variant.flash_bytes)
+        return stm32f1.chip_of(variant)
     if variant.family == "stm32h7":
         from targets.mcu.stm32h7.chip import Stm32h753
 

@@ -2,6 +2,8 @@
 
 A pin has at most one strong driver in the chip (a push-pull output, or an open-drain output that is low), perhaps a
 pull resistor in the chip, and any number of sources outside: whoever calls `Pin.drive`, and the other pins of its nets.
+A converter to analog that puts out a voltage there is one more source, and stands in the place of the pull; beside a
+strong driver it does not count.
 
 How the level comes about, in this order:
 
@@ -163,6 +165,7 @@ class Pin:
     """
 
     __slots__ = (
+        "_analog",
         "_claim",
         "_digital",
         "_edges",
@@ -217,6 +220,7 @@ class Pin:
         self._pull: bool | None = None
         self._claim: _Claim | None = None
         self._strong: bool | None = None
+        self._analog: Source | None = None
         self._was_open = True
         self._sources: dict[Hashable, AnySource] = {}
         self._outside: AnySource | None = None
@@ -354,6 +358,13 @@ class Pin:
         """Set the output latch, at present or, if nobody looks, at an earlier `cycle`."""
         self._latch = level
         self.update(cycle)
+
+    def put_out(self, source: Source | None) -> None:
+        """Have a converter to analog in the chip put out a voltage from the present cycle on, or nothing (None)."""
+        if source != self._analog:
+            self.refresh()
+            self._analog = source
+            self.update()
 
     def claim(self, owner: str, *, pull: bool | None = None, analog: bool = False) -> None:
         """Take the pad from its port: the debug port or an oscillator has it, until `unclaim`."""
@@ -528,11 +539,16 @@ class Pin:
 
     def _source_of_chip(self) -> Source | None:
         level, ohms = self._strong, DRIVER_OHMS
+        if level is None and self._analog is not None:
+            return self._analog
         if level is None:
             level, ohms = self._pull_of_chip(), PULL_OHMS
         return None if level is None else Source(self._pins.vdd_volts if level else 0.0, ohms)
 
     def _resolved(self) -> bool | None:
+        if self._analog is not None and self._strong is None:
+            volts = self._divided()
+            return None if volts is None else self._level_of(volts)
         if not self._sources:
             return self._pull_of_chip() if self._strong is None else self._strong
         strong = {self._level_of(source.volts) for source in self._sources.values() if source.ohms < STRONG_BELOW_OHMS}
@@ -547,12 +563,12 @@ class Pin:
         return None if volts is None else self._level_of(volts)
 
     def _divided(self) -> float | None:
-        sources = list(self._sources.values())
         chip = self._source_of_chip()
+        if not self._sources:
+            return None if chip is None else chip.volts
+        sources = list(self._sources.values())
         if chip is not None:
             sources.append(chip)
-        if not sources:
-            return None
         return sum(source.volts / source.ohms for source in sources) / sum(1 / source.ohms for source in sources)
 
     def _level_of(self, volts: float) -> bool:

@@ -1,7 +1,7 @@
 """EXTI of the STM32F1 and STM32F7: edge detectors for interrupts and events (RM0008 sections 10.2, 10.3; RM0410 11).
 
-Lines 11 and 15 trigger converters, too, by the signals ``EXTI11_EDGE`` and ``EXTI15_EDGE``: at the edges that RTSR and
-FTSR choose, whatever IMR and EMR say (choice: the manual is silent).
+Lines 9, 11 and 15 trigger converters, too, by the signals ``EXTI9_EDGE``, ``EXTI11_EDGE`` and ``EXTI15_EDGE``: at the
+edges that RTSR and FTSR choose, whatever IMR and EMR say (choice: the manual is silent).
 
 Lines 0 to 15 listen to the inputs ``EXTI0`` to ``EXTI15``, which AFIO or SYSCFG routes to pins. The others listen to
 signals inside the chip, such as ``EXTI17`` (RTC alarm).
@@ -68,8 +68,8 @@ STM32F7 = ExtiKind(
 )
 
 
-TRIGGERS = (11, 15)
-"""Lines that other peripherals take as triggers (RM0008 tables 69 and 70)."""
+TRIGGERS = (9, 11, 15)
+"""Lines that other peripherals take as triggers (RM0008 tables 69, 70 and 74)."""
 
 
 class Exti(Peripheral):

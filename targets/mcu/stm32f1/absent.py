@@ -4,8 +4,7 @@ Values are kept as written. Flags that hardware would set stay clear, but for th
 before it has begun: the RTC is always synchronised, CAN enters and leaves
 its initialisation and sleep modes at once, on a bus on which nobody else answers.
 
-Registers: RM0008 sections 12 (DAC), 13 (DMA), 14, 15 and 17 (timers), 18 (RTC), 21 (FSMC), 22 (SDIO), 23
-(USB), 24 (bxCAN), 27 (USART).
+Registers: RM0008 sections 18 (RTC), 21 (FSMC), 22 (SDIO), 23 (USB), 24 (bxCAN).
 """
 
 from __future__ import annotations
@@ -19,7 +18,6 @@ from targets.mcu.stm32f1.densities import MEDIUM, Density
 __all__ = ["Rtc", "absent_peripherals"]
 
 HALF = 0xFFFF
-_WITHOUT_A_GATE = ("RTC", "USB_SRAM")  # of their own
 
 
 class Rtc(Absent):
@@ -68,36 +66,6 @@ class Rtc(Absent):
         return 0
 
 
-class Uart(Absent):
-    """A UART: the transmit register is always empty, nothing arrives."""
-
-    MISSING = "nothing is sent, nothing arrives"
-    REGISTERS = registers("SR=C0: DR BRR CR1 CR2 CR3 GTPR")
-
-
-class Tim(Absent):
-    """A timer with four channels."""
-
-    MISSING = "it does not count"
-    REGISTERS = registers(
-        "CR1 CR2 SMCR DIER SR EGR CCMR1 CCMR2 CCER CNT PSC ARR=FFFF RCR CCR1 CCR2 CCR3 CCR4 BDTR DCR DMAR"
-    )
-
-
-class BasicTim(Absent):
-    """A timer without channels."""
-
-    MISSING = "it does not count"
-    REGISTERS = registers("CR1 CR2 @C DIER SR EGR @24 CNT PSC ARR=FFFF")
-
-
-class Dac(Absent):
-    """The converters to analog: the outputs stay at 0 V."""
-
-    MISSING = "the outputs stay at 0 V"
-    REGISTERS = registers("CR SWTRIGR DHR12R1 DHR12L1 DHR8R1 DHR12R2 DHR12L2 DHR8R2 DHR12RD DHR12LD DHR8RD DOR1: DOR2:")
-
-
 class Sdio(Absent):
     """The SD card interface: no card answers, and no timeout ends."""
 
@@ -121,16 +89,11 @@ class Fsmc(Absent):
     )
 
 
-class Dma2(Absent):
-    """The second DMA controller, of five channels: no transfer is made."""
+class Cec(Absent):
+    """The HDMI-CEC controller of the value line (RM0041 section 24): nothing is sent, nothing arrives."""
 
-    MISSING = "nothing is transferred"
-    REGISTERS = registers(
-        "ISR: IFCR "
-        + " ".join(
-            f"@{20 * number - 12:X} CCR{number} CNDTR{number} CPAR{number} CMAR{number}" for number in range(1, 6)
-        )
-    )
+    MISSING = "nothing is sent, nothing arrives"
+    REGISTERS = registers("CFGR OAR PRES ESR: CSR TXD RXD:")
 
 
 class Usb(Absent):
@@ -185,15 +148,9 @@ def absent_peripherals(services: Services, density: Density = MEDIUM) -> list[Pe
         Usb("USB", 0x4000_5C00, services),
         UsbMemory("USB_SRAM", 0x4000_6000, services),
         Can("CAN", 0x4000_6400, services),
-        Tim("TIM5", 0x4000_0C00, services),
-        BasicTim("TIM6", 0x4000_1000, services),
-        BasicTim("TIM7", 0x4000_1400, services),
-        Uart("UART4", 0x4000_4C00, services),
-        Uart("UART5", 0x4000_5000, services),
-        Dac("DAC", 0x4000_7400, services),
-        Tim("TIM8", 0x4001_3400, services),
+        Cec("CEC", 0x4000_7800, services),
         Sdio("SDIO", 0x4001_8000, services),
-        Dma2("DMA2", 0x4002_0400, services),
         Fsmc("FSMC", 0xA000_0000, services),
     )
-    return [part for part in everything if part.name in density.gates or part.name in _WITHOUT_A_GATE]
+    gated_by = {"USB_SRAM": "USB"}
+    return [part for part in everything if part.name == "RTC" or gated_by.get(part.name, part.name) in density.gates]

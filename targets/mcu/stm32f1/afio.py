@@ -9,7 +9,7 @@ published board support polls for that, and a change of another field that reads
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -19,7 +19,7 @@ from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
 from targets.mcu.signals import Signals
 
-__all__ = ["FIXED", "REMAPS", "Afio", "Remap"]
+__all__ = ["FIXED", "REMAPS", "VALUE_LINE_REMAPS", "Afio", "Remap"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,12 +88,42 @@ REMAPS = (
 )
 """The fields of AFIO_MAPR that move signals, and where to."""
 
+VALUE_LINE_REMAPS = (
+    Remap("TIM15_REMAP", 0, 1, dict(enumerate(_signals("TIM15", "CH1 CH2", "PA2 PA3", "PB14 PB15")))),
+    Remap("TIM16_REMAP", 1, 1, dict(enumerate(_signals("TIM16", "CH1", "PB8", "PA6")))),
+    Remap("TIM17_REMAP", 2, 1, dict(enumerate(_signals("TIM17", "CH1", "PB9", "PA7")))),
+)
+"""The same of AFIO_MAPR2 of the value line (RM0041 section 7.4.7)."""
+
 FIXED: Mapping[str, str] = {
     "USART1_CK": "PA8",
     "USART1_CTS": "PA11",
     "USART1_RTS": "PA12",
     "TIM3_ETR": "PD2",
     "TIM4_ETR": "PE0",
+    "TIM5_CH1": "PA0",
+    "TIM5_CH2": "PA1",
+    "TIM5_CH3": "PA2",
+    "TIM5_CH4": "PA3",
+    "TIM8_CH1": "PC6",
+    "TIM8_CH2": "PC7",
+    "TIM8_CH3": "PC8",
+    "TIM8_CH4": "PC9",
+    "TIM8_CH1N": "PA7",
+    "TIM8_CH2N": "PB0",
+    "TIM8_CH3N": "PB1",
+    "TIM8_ETR": "PA0",
+    "TIM8_BKIN": "PA6",
+    "TIM15_CH1N": "PB15",
+    "TIM15_BKIN": "PA9",
+    "TIM16_CH1N": "PB6",
+    "TIM16_BKIN": "PB5",
+    "TIM17_CH1N": "PB7",
+    "TIM17_BKIN": "PA10",
+    "UART4_TX": "PC10",
+    "UART4_RX": "PC11",
+    "UART5_TX": "PC12",
+    "UART5_RX": "PD2",
     "I2C1_SMBA": "PB5",
     "I2C2_SCL": "PB10",
     "I2C2_SDA": "PB11",
@@ -124,10 +154,19 @@ _DEBUG_PINS = {
 
 _SWJ_CFG = 0b111 << 24
 _PD01_REMAP = 1 << 15
+_TIM5CH4_IREMAP = 1 << 16
 _TRIGGERS = {"ADC1_ETRGINJ": 17, "ADC1_ETRGREG": 18, "ADC2_ETRGINJ": 19, "ADC2_ETRGREG": 20}
 _EVOE = 1 << 7
 _PORTS = "ABCDEFG"
 _MAPR2 = Register("MAPR2", 0x1C, writable=1 << 10, ignored=1 << 10, note="FSMC_NADV: there is no FSMC")
+_MAPR2_OF_VALUE_LINE = Register(
+    "MAPR2",
+    0x1C,
+    writable=0x1F,
+    ignored=0x18,
+    fidelity=Fidelity.PARTLY,
+    note="CEC and the requests of TIM1 to DMA are not moved",
+)
 
 
 class Afio(Peripheral):
@@ -142,6 +181,10 @@ class Afio(Peripheral):
         shared_oscillator_pins: whether PD0 and PD1 are the pins of the oscillator unless PD01_REMAP is set, as they are
             on packages of up to 64 pins (RM0008 section 9.3.3).
         has_mapr2: the chip has an FSMC, and a register for its NADV; it has TIM8, too, which may trigger converters.
+        value_line: it has the second register of the value line.
+
+    Attributes:
+        on_tim5_ch4: called with whether channel 4 of TIM5 is tied to the LSI, after a change.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
@@ -156,8 +199,7 @@ class Afio(Peripheral):
             "MAPR",
             0x04,
             writable=0x071F_FFFF,
-            ignored=0x0001_0000,
-            note="TIM5CH4_IREMAP is remembered without effect; SWJ_CFG reads as written (choice)",
+            note="SWJ_CFG reads as written (choice)",
         ),
         Register("EXTICR1", 0x08, writable=0xFFFF),
         Register("EXTICR2", 0x0C, writable=0xFFFF),
@@ -175,8 +217,10 @@ class Afio(Peripheral):
         *,
         shared_oscillator_pins: bool = True,
         has_mapr2: bool = False,
+        value_line: bool = False,
     ) -> None:
-        self._more = (_MAPR2,) if has_mapr2 else ()
+        self._more = (_MAPR2_OF_VALUE_LINE,) if value_line else (_MAPR2,) if has_mapr2 else ()
+        self._remaps2 = VALUE_LINE_REMAPS if value_line else ()
         self._has_tim8 = has_mapr2
         super().__init__(name, base, services)
         self._shared_oscillator_pins = shared_oscillator_pins
@@ -184,6 +228,7 @@ class Afio(Peripheral):
         self._signals = signals
         self._debug_pins: tuple[str, ...] = ()
         self._event_out = signals.output("EVENTOUT")
+        self.on_tim5_ch4: Callable[[bool], None] = lambda _inside: None
         for signal, pin in FIXED.items():
             signals.route(signal, pin)
         self.reset()
@@ -195,10 +240,11 @@ class Afio(Peripheral):
     def reset(self) -> None:
         """Every signal goes to its default pin, all debug pins to the debug port, every EXTI line to port A."""
         super().reset()
-        for remap in REMAPS:
+        for remap in (*REMAPS, *self._remaps2):
             self._route(remap.pins[0])
         self._give_debug_pins(_DEBUG_PINS[0])
         self._give_oscillator_pins(remapped=False)
+        self.on_tim5_ch4(False)
         for line in range(16):
             self._signals.route(f"EXTI{line}", f"PA{line}")
         self._signals.route("EVENTOUT", None)
@@ -214,7 +260,23 @@ class Afio(Peripheral):
         """Move signals, and keep or free the pins of the debug port."""
         old = self[0x04]
         self[0x04] = value
-        for remap in REMAPS:
+        self._remap(REMAPS, old, value)
+        if (old ^ value) & _PD01_REMAP:
+            self._give_oscillator_pins(remapped=bool(value & _PD01_REMAP))
+        if (old ^ value) & _TIM5CH4_IREMAP:
+            self.on_tim5_ch4(bool(value & _TIM5CH4_IREMAP))
+        kept = _DEBUG_PINS.get((value & _SWJ_CFG) >> 24)
+        if kept is not None:
+            self._give_debug_pins(kept)
+
+    def write_MAPR2(self, value: int) -> None:
+        """Move signals."""
+        old = self[0x1C]
+        self[0x1C] = value
+        self._remap(self._remaps2, old, value)
+
+    def _remap(self, remaps: Iterable[Remap], old: int, value: int) -> None:
+        for remap in remaps:
             field = value >> remap.shift & remap.mask
             if field == old >> remap.shift & remap.mask:
                 continue
@@ -222,11 +284,6 @@ class Afio(Peripheral):
                 self._route(remap.pins[field])
             else:
                 self.note("reserved", f"MAPR.{remap.field}", f"the value {field:#04b} is reserved: nothing is moved")
-        if (old ^ value) & _PD01_REMAP:
-            self._give_oscillator_pins(remapped=bool(value & _PD01_REMAP))
-        kept = _DEBUG_PINS.get((value & _SWJ_CFG) >> 24)
-        if kept is not None:
-            self._give_debug_pins(kept)
 
     def read_MAPR(self) -> int:
         """All as written."""

@@ -1,10 +1,11 @@
-"""The STM32F103 of low, medium and high density: where the peripherals are, and how they are tied together.
+"""The STM32F103, and the STM32F100 up to medium density: where the peripherals are, and how they are tied together.
 
 Addresses: RM0008 table 3. Interrupts: RM0008 table 63. Which peripherals there are: `targets.mcu.stm32f1.densities`.
 """
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
@@ -14,13 +15,16 @@ from targets.mcu.bus import BIT_BAND, Bus
 from targets.mcu.chip import AskReset, Boot, MakeCore, Memory
 from targets.mcu.cortexm.kinds import CORTEX_M3
 from targets.mcu.fidelity import Notes
+from targets.mcu.irq_lines import IrqLines
 from targets.mcu.pins import Pins
 from targets.mcu.registers import Peripheral
-from targets.mcu.services import DmaRequest, Services
+from targets.mcu.services import DmaRequest, InputSignal, IrqLine, Services
 from targets.mcu.signals import Signals
 from targets.mcu.stm32 import exti
 from targets.mcu.stm32.chip import BasicChip
 from targets.mcu.stm32.tim import Timer
+from targets.mcu.stm32.tim.kinds import HIGH_DENSITY_KINDS, KINDS, Kind
+from targets.mcu.stm32.tim.value_line_kinds import VALUE_LINE_KINDS
 from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f1.absent import Rtc, absent_peripherals
@@ -29,35 +33,57 @@ from targets.mcu.stm32f1.afio import Afio
 from targets.mcu.stm32f1.bkp import Bkp
 from targets.mcu.stm32f1.clocks import ClockTree
 from targets.mcu.stm32f1.crc import Crc
+from targets.mcu.stm32f1.dac import Dac
 from targets.mcu.stm32f1.dbgmcu import Dbgmcu
-from targets.mcu.stm32f1.densities import HIGH, LOW, MEDIUM, Density, density_of
-from targets.mcu.stm32f1.dma import Dma
+from targets.mcu.stm32f1.densities import HIGH, LOW, LOW_VALUE, MEDIUM, MEDIUM_VALUE, Density, density_of
+from targets.mcu.stm32f1.dma import VALUE_LINE_DMA1, Dma
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import PADS, PADS_OF_HIGH_DENSITY, Gpio
 from targets.mcu.stm32f1.i2c import I2c
+from targets.mcu.stm32f1.input_choice import InputChoice
 from targets.mcu.stm32f1.options import OPTIONS_BASE
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
 from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE, diagnose, system_memory
 from targets.mcu.stm32f1.spi import Spi
-from targets.mcu.stm32f1.usart import Usart
+from targets.mcu.stm32f1.usart import Uart4, Uart5, Usart, ValueLineUsart
 from targets.mcu.timebase import Timebase
+from targets.mcu.variant import Variant
 
 if TYPE_CHECKING:
     from targets.boards import Board
     from targets.boards.board import Straps
 
-__all__ = ["Stm32f103", "stm32f103_with"]
+__all__ = ["Stm32f103", "chip_of"]
 
-TIMERS = {"TIM1": 0x4001_2C00, "TIM2": 0x4000_0000, "TIM3": 0x4000_0400, "TIM4": 0x4000_0800}
+TIMERS = {
+    "TIM1": 0x4001_2C00,
+    "TIM2": 0x4000_0000,
+    "TIM3": 0x4000_0400,
+    "TIM4": 0x4000_0800,
+    "TIM5": 0x4000_0C00,
+    "TIM6": 0x4000_1000,
+    "TIM7": 0x4000_1400,
+    "TIM8": 0x4001_3400,
+    "TIM15": 0x4001_4000,
+    "TIM16": 0x4001_4400,
+    "TIM17": 0x4001_4800,
+}
 ADCS = {"ADC1": (0x4001_2400, 18), "ADC2": (0x4001_2800, 18), "ADC3": (0x4001_3C00, 47)}
 I2CS = {"I2C1": (0x4000_5400, 31), "I2C2": (0x4000_5800, 33)}
 SPIS = {"SPI1": (0x4001_3000, "APB2", 35), "SPI2": (0x4000_3800, "APB1", 36), "SPI3": (0x4000_3C00, "APB1", 51)}
-USARTS = {"USART1": (0x4001_3800, "APB2", 37), "USART2": (0x4000_4400, "APB1", 38), "USART3": (0x4000_4800, "APB1", 39)}
+USARTS: Mapping[str, tuple[type[Usart], int, str, int]] = {
+    "USART1": (Usart, 0x4001_3800, "APB2", 37),
+    "USART2": (Usart, 0x4000_4400, "APB1", 38),
+    "USART3": (Usart, 0x4000_4800, "APB1", 39),
+    "UART4": (Uart4, 0x4000_4C00, "APB1", 52),
+    "UART5": (Uart5, 0x4000_5000, "APB1", 53),
+}
 AHB_PERIPHERALS = frozenset({"DMA1", "DMA2", "SDIO", "FSMC", "RCC", "FLASH", "CRC"})
 # Behind the bridges an address without a peripheral reads 0 (a choice: the manual is silent); on AHB it is a bus error.
 BRIDGES = ((0x4000_0000, 0x1_0000), (0x4001_0000, 0x8000))
 RAM_BASE = 0x2000_0000
+_SHARED_IRQS = (24, 25, 26)  # of the value line
 
 
 class Stm32f103(BasicChip):
@@ -65,11 +91,15 @@ class Stm32f103(BasicChip):
 
     Attributes:
         DENSITY: what devices of its density have.
+        TIMER_KINDS: its timers.
+        USART_KIND: its USARTs, but for the UARTs.
     """
 
     START_HZ = 8_000_000  # HSI
     CORE = CORTEX_M3
     DENSITY: ClassVar[Density] = MEDIUM
+    TIMER_KINDS: ClassVar[Mapping[str, Kind]] = KINDS
+    USART_KIND: ClassVar[type[Usart]] = Usart
     # The last is the private peripheral bus.
     REGISTER_WINDOWS: ClassVar[tuple[tuple[int, int], ...]] = (
         (0x4000_0000, 0x1_8000),
@@ -122,7 +152,7 @@ class Stm32f103(BasicChip):
         for base, size in BRIDGES:
             bus.add_quiet(base, size)
         self._tie(self.DENSITY.gates, backup=(self.bkp, self._rtc))
-        self.rcc.on_clock_failure = self._timers[0].clock_failed
+        self.rcc.on_clock_failure = self._clock_failed
         self._pull_pins(board, straps)
 
     def _make_core_parts(self, board: Board) -> None:
@@ -162,7 +192,13 @@ class Stm32f103(BasicChip):
     def _make_peripherals(self, board: Board) -> None:
         """Everything else."""
         services, pins, there = self.services, self.pins, self.DENSITY.gates
-        self.dma = Dma("DMA1", 0x4002_0000, services)
+        addresses = {"DMA1": 0x4002_0000, "DMA2": 0x4002_0400}
+        value_line = self.DENSITY.value_line
+        self._dmas = [
+            Dma(name, base, services, VALUE_LINE_DMA1 if value_line else None)
+            for name, base in addresses.items()
+            if name in there
+        ]
         self.exti = exti.Exti("EXTI", 0x4001_0400, services, exti.STM32F1)
         addresses = {f"GPIO{port}": 0x4001_0800 + 0x400 * index for index, port in enumerate("ABCDEFG")}
         ports = [Gpio(name, base, services, pins) for name, base in addresses.items() if name in there]
@@ -175,26 +211,30 @@ class Stm32f103(BasicChip):
             self.signals,
             shared_oscillator_pins="PE0" not in board.variant.pins,
             has_mapr2="FSMC" in there,
+            value_line=value_line,
         )
         usarts = [
-            Usart(name, base, services, bus=bus, irq=irq) for name, (base, bus, irq) in USARTS.items() if name in there
+            (self.USART_KIND if kind is Usart else kind)(name, base, services, bus=bus, irq=irq)
+            for name, (kind, base, bus, irq) in USARTS.items()
+            if name in there
         ]
         self.usarts = {usart.name: usart for usart in usarts}
-        self._timers = [Timer(name, base, services) for name, base in TIMERS.items() if name in there]
+        self._timers = self._make_timers()
         adc_irqs = {irq: SharedIrq(services.irq(irq)) for name, (_, irq) in ADCS.items() if name in there}
         self.adcs = {
             name: Adc(name, base, services, pins=pins, irq=adc_irqs[irq], remapped=self.afio.trigger_moved)
             for name, (base, irq) in ADCS.items()
             if name in there
         }
-        self.adcs["ADC1"].join(self.adcs["ADC2"])
+        if "ADC2" in there:
+            self.adcs["ADC1"].join(self.adcs["ADC2"])
         self.spis = {
             name: Spi(name, base, services, bus=bus, irq=irq, has_i2s="SPI3" in there and name != "SPI1")
             for name, (base, bus, irq) in SPIS.items()
             if name in there
         }
         self.i2cs = {
-            name: I2c(name, base, services, irq=irq, rx_left=partial(self.dma.left, f"{name}_RX"))
+            name: I2c(name, base, services, irq=irq, rx_left=partial(self._dmas[0].left, f"{name}_RX"))
             for name, (base, irq) in I2CS.items()
             if name in there
         }
@@ -205,18 +245,41 @@ class Stm32f103(BasicChip):
             self.afio,
             self.exti,
             self.wwdg,
-            self.dma,
+            *self._dmas,
             Crc(0x4002_3000, services),
             *usarts,
             *self._timers,
+            *([Dac(0x4000_7400, services, pins, value_line=value_line)] if "DAC" in there else []),
             *self.adcs.values(),
             *self.spis.values(),
             *self.i2cs.values(),
             *absent,
         )
 
+    def _make_timers(self) -> list[Timer]:
+        """Return the timers; AFIO may tie channel 4 of TIM5 to the LSI."""
+        services, kinds = self.services, self.TIMER_KINDS
+        addresses = {name: base for name, base in TIMERS.items() if name in self.DENSITY.gates}
+        if "TIM5" not in addresses:
+            return [Timer(name, base, services, kinds[name]) for name, base in addresses.items()]
+        channel_4 = InputChoice(self.signals.input("TIM5_CH4"), self.signals.input("LSI"))
+        self.afio.on_tim5_ch4 = lambda inside: channel_4.choose(inside=inside)
+
+        def tied(name: str) -> InputSignal:
+            return channel_4 if name == "TIM5_CH4" else self.signals.input(name)
+
+        of_tim5 = replace(services, input=tied)
+        return [
+            Timer(name, base, of_tim5 if name == "TIM5" else services, kinds[name]) for name, base in addresses.items()
+        ]
+
+    def _clock_failed(self) -> None:
+        for timer in self._timers:
+            if timer.kind.advanced:
+                timer.clock_failed()
+
     def _dma_request(self, name: str) -> DmaRequest:
-        return self.dma.request(name)
+        return next((dma for dma in self._dmas if dma.serves(name)), self._dmas[0]).request(name)
 
     # --- for the machine
 
@@ -261,11 +324,38 @@ class HighDensity(Stm32f103):
         (0xE000_0000, 0x10_0000),
     )
     DENSITY = HIGH
+    TIMER_KINDS = HIGH_DENSITY_KINDS
 
 
-_CHIPS = (LowDensity, Stm32f103, HighDensity)
+class MediumValueLine(Stm32f103):
+    """An STM32F100 of medium density; see `targets.mcu.chip.Chip`.
+
+    TIM1 shares interrupts with TIM15 to TIM17, and TIM6 with the DAC, which has none here (RM0041 table 50).
+    """
+
+    CORE = replace(CORTEX_M3, irq_count=MEDIUM_VALUE.irq_count)
+    DENSITY = MEDIUM_VALUE
+    TIMER_KINDS = VALUE_LINE_KINDS
+    USART_KIND = ValueLineUsart
+
+    @functools.cached_property
+    def _shared(self) -> IrqLines:
+        return IrqLines(super()._irq)
+
+    def _irq(self, number: int) -> IrqLine:
+        return self._shared.line(number) if number in _SHARED_IRQS else super()._irq(number)
 
 
-def stm32f103_with(flash_bytes: int) -> type[Stm32f103]:
-    """Return the chip with so much flash."""
-    return next(chip for chip in _CHIPS if chip.DENSITY is density_of(flash_bytes))
+class LowValueLine(MediumValueLine):
+    """An STM32F100 of low density; see `targets.mcu.chip.Chip`."""
+
+    DENSITY = LOW_VALUE
+
+
+_CHIPS = (LowDensity, Stm32f103, HighDensity, LowValueLine, MediumValueLine)
+
+
+def chip_of(variant: Variant) -> type[Stm32f103]:
+    """Return the chip that a part number is."""
+    density = density_of(variant.flash_bytes, value_line=variant.name.startswith("STM32F100"))
+    return next(chip for chip in _CHIPS if chip.DENSITY is density)

@@ -28,18 +28,21 @@ class Rates(BusRates):
     usb: Fraction
 
 
-def pll_hz(cfgr: int, hse_hz: Fraction) -> Fraction:
-    """Return the rate of the PLL as CFGR configures it: HSI / 2, HSE or HSE / 2, times 2 to 16."""
+def pll_hz(cfgr: int, hse_hz: Fraction, prediv: int | None = None) -> Fraction:
+    """Return the rate of the PLL as CFGR configures it: HSI / 2, HSE or HSE / 2, times 2 to 16.
+
+    Chips with RCC_CFGR2 have a divider `prediv` of HSE there, instead of PLLXTPRE.
+    """
     if cfgr & PLLSRC:
-        entry = hse_hz / 2 if cfgr & PLLXTPRE else hse_hz
+        entry = hse_hz / (prediv or (2 if cfgr & PLLXTPRE else 1))
     else:
         entry = HSI_HZ / 2
     return entry * min((cfgr >> 18 & 0xF) + 2, 16)  # both 1110 and 1111 are times 16
 
 
-def rates_of(cfgr: int, source: Source, hse_hz: Fraction) -> Rates:
-    """Return all rates for a value of RCC_CFGR with `source` driving SYSCLK."""
-    pll = pll_hz(cfgr, hse_hz)
+def rates_of(cfgr: int, source: Source, hse_hz: Fraction, prediv: int | None = None) -> Rates:
+    """Return all rates for a value of RCC_CFGR with `source` driving SYSCLK; `prediv` as for `pll_hz`."""
+    pll = pll_hz(cfgr, hse_hz, prediv)
     sysclk = {Source.HSI: HSI_HZ, Source.HSE: hse_hz, Source.PLL: pll}[source]
     hclk = sysclk / AHB_DIVIDERS[cfgr >> 4 & 0xF]
     apb2 = APB_DIVIDERS[cfgr >> 11 & 7]

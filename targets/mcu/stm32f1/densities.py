@@ -1,5 +1,7 @@
 """What low-, medium- and high-density devices of the STM32F103 have (RM0008 section 2.2: by the size of their flash).
 
+Besides those of the value line, the STM32F100, up to medium density: RM0041 sections 2.2, 6.3 and 25.6.1, DS5944.
+
 Clock gates, and so which peripherals there are: RM0008 sections 7.3.6 to 7.3.8, datasheets DS6087 (x4, x6), DS5319
 (x8, xB) and DS5792 (xC, xD, xE). Interrupts: RM0008 table 63. Pages of the flash: PM0075 section 1.2. Backup registers:
 RM0008 section 6.4. DEV_ID: RM0008 section 31.6.1, with the latest REV_ID that stands there.
@@ -11,9 +13,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-__all__ = ["HIGH", "LOW", "MEDIUM", "Density", "density_of"]
+__all__ = ["HIGH", "LOW", "LOW_VALUE", "MEDIUM", "MEDIUM_VALUE", "Density", "Limits", "density_of"]
 
 KB = 1024
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limits:
+    """The fastest clocks, in MHz (DS5319 section 5.3.1, PLL and ADC characteristics; DS5944 for the value line).
+
+    Attributes:
+        sysclk: of SYSCLK and PCLK2, and of the PLL.
+        pclk1: of PCLK1.
+        adc: of the converters.
+    """
+
+    sysclk: int = 72
+    pclk1: int = 36
+    adc: int = 14
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +44,8 @@ class Density:
         backup_registers: half-words in the backup domain.
         idcode: of DBGMCU.
         freezes: bits of DBGMCU_CR that stop a peripheral while a debugger halts the core.
+        value_line: it is one of the value line: a divider before the PLL in RCC_CFGR2, no USB.
+        limits: its fastest clocks.
     """
 
     gates: Mapping[str, tuple[str, int]]
@@ -35,6 +54,8 @@ class Density:
     backup_registers: int = 10
     idcode: int
     freezes: int = 0x1_FF00
+    value_line: bool = False
+    limits: Limits = Limits()
 
     def bits(self, bus: str) -> int:
         """Return the bits of a bus's enable register that are gates of peripherals."""
@@ -100,6 +121,36 @@ HIGH = Density(
 )
 
 
-def density_of(flash_bytes: int) -> Density:
+_LACKS_OF_VALUE_LINE = ("ADC2", "USB", "CAN")
+_OF_VALUE_LINE = {
+    "TIM15": ("APB2", 16),
+    "TIM16": ("APB2", 17),
+    "TIM17": ("APB2", 18),
+    "TIM6": ("APB1", 4),
+    "TIM7": ("APB1", 5),
+    "DAC": ("APB1", 29),
+    "CEC": ("APB1", 30),
+}
+
+
+def _value_line(more: Mapping[str, tuple[str, int]]) -> Density:
+    gates = {name: gate for name, gate in _GATES.items() if name not in _LACKS_OF_VALUE_LINE}
+    return Density(
+        gates=MappingProxyType({**gates, **_OF_VALUE_LINE, **more}),
+        irq_count=56,
+        idcode=0x1001_6420,
+        freezes=0x01D9_BF00,
+        value_line=True,
+        limits=Limits(sysclk=24, pclk1=24, adc=12),
+    )
+
+
+LOW_VALUE = _value_line({})
+MEDIUM_VALUE = _value_line(_FROM_MEDIUM)
+
+
+def density_of(flash_bytes: int, *, value_line: bool = False) -> Density:
     """Return the density of a device by the size of its flash."""
+    if value_line:
+        return LOW_VALUE if flash_bytes <= 32 * KB else MEDIUM_VALUE
     return LOW if flash_bytes <= 32 * KB else MEDIUM if flash_bytes <= 128 * KB else HIGH

@@ -1,4 +1,7 @@
-"""DMA1 (RM0008 section 13), which is in C: ``dma_f1.c``. Here are its registers, and who asks for transfers."""
+"""DMA1 and DMA2 (RM0008 section 13), which are in C: ``dma_f1.c``. Here are registers, and who asks for transfers.
+
+DMA2 of high-density devices has five channels; the last two share an interrupt (RM0008 table 63).
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,8 @@ import ctypes
 import enum
 import functools
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 from targets.mcu.block import BlockInC, PeripheralInC
@@ -15,21 +20,69 @@ from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
 from targets.mcu.services import RequestInC, Services
 
-__all__ = ["REQUESTS", "TRANSFER_CYCLES", "Dma", "Request"]
+__all__ = ["CONTROLLERS", "TRANSFER_CYCLES", "VALUE_LINE_DMA1", "Controller", "Dma", "Request"]
 
 TRANSFER_CYCLES = 5
-FIRST_IRQ = 11
 
-REQUESTS = {
-    1: ("ADC1", "TIM2_CH3", "TIM4_CH1"),
-    2: ("SPI1_RX", "USART3_TX", "TIM1_CH1", "TIM2_UP", "TIM3_CH3"),
-    3: ("SPI1_TX", "USART3_RX", "TIM1_CH2", "TIM3_CH4", "TIM3_UP"),
-    4: ("SPI2_RX", "USART1_TX", "I2C2_TX", "TIM1_CH4", "TIM1_TRIG", "TIM1_COM", "TIM4_CH2"),
-    5: ("SPI2_TX", "USART1_RX", "I2C2_RX", "TIM1_UP", "TIM2_CH1", "TIM4_CH3"),
-    6: ("USART2_RX", "I2C1_TX", "TIM1_CH3", "TIM3_CH1", "TIM3_TRIG"),
-    7: ("USART2_TX", "I2C1_RX", "TIM2_CH2", "TIM2_CH4", "TIM4_UP"),
-}
-"""Which requests are tied together at which channel (RM0008 table 78)."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Controller:
+    """What tells one controller from the other.
+
+    Attributes:
+        irqs: the interrupts of the channels; those for which there is none have the last one.
+        requests: which requests are tied together at which channel.
+    """
+
+    irqs: tuple[int, ...]
+    requests: Mapping[int, tuple[str, ...]]
+
+
+CONTROLLERS: Mapping[str, Controller] = MappingProxyType(
+    {
+        # RM0008 table 78
+        "DMA1": Controller(
+            irqs=(11, 12, 13, 14, 15, 16, 17),
+            requests=MappingProxyType(
+                {
+                    1: ("ADC1", "TIM2_CH3", "TIM4_CH1"),
+                    2: ("SPI1_RX", "USART3_TX", "TIM1_CH1", "TIM2_UP", "TIM3_CH3"),
+                    3: ("SPI1_TX", "USART3_RX", "TIM1_CH2", "TIM3_CH4", "TIM3_UP"),
+                    4: ("SPI2_RX", "USART1_TX", "I2C2_TX", "TIM1_CH4", "TIM1_TRIG", "TIM1_COM", "TIM4_CH2"),
+                    5: ("SPI2_TX", "USART1_RX", "I2C2_RX", "TIM1_UP", "TIM2_CH1", "TIM4_CH3"),
+                    6: ("USART2_RX", "I2C1_TX", "TIM1_CH3", "TIM3_CH1", "TIM3_TRIG"),
+                    7: ("USART2_TX", "I2C1_RX", "TIM2_CH2", "TIM2_CH4", "TIM4_UP"),
+                }
+            ),
+        ),
+        # RM0008 table 79
+        "DMA2": Controller(
+            irqs=(56, 57, 58, 59),
+            requests=MappingProxyType(
+                {
+                    1: ("SPI3_RX", "TIM5_CH4", "TIM5_TRIG", "TIM8_CH3", "TIM8_UP"),
+                    2: ("SPI3_TX", "TIM5_CH3", "TIM5_UP", "TIM8_CH4", "TIM8_TRIG", "TIM8_COM"),
+                    3: ("UART4_RX", "TIM6_UP", "DAC_CH1", "TIM8_CH1"),
+                    4: ("SDIO", "TIM5_CH2", "TIM7_UP", "DAC_CH2"),
+                    5: ("ADC3", "UART4_TX", "TIM5_CH1", "TIM8_CH2"),
+                }
+            ),
+        ),
+    }
+)
+"""The controllers by name."""
+
+VALUE_LINE_DMA1 = replace(
+    CONTROLLERS["DMA1"],
+    requests=MappingProxyType(
+        {
+            **CONTROLLERS["DMA1"].requests,
+            3: (*CONTROLLERS["DMA1"].requests[3], "TIM6_UP", "DAC_CH1"),
+            4: (*CONTROLLERS["DMA1"].requests[4], "TIM7_UP", "DAC_CH2"),
+        }
+    ),
+)
+"""DMA1 of the value line up to medium density, which has no other (RM0041 section 9.3.7)."""
 
 ISR, IFCR = 0x00, 0x04
 _CCR, _CNDTR, _CPAR, _CMAR = range(0x08, 0x18, 4)
@@ -89,6 +142,7 @@ class _Controller(BlockInC):
         services: what the chip offers.
         base: address of ISR.
         registers: by offset.
+        kind: which of the two.
         answer: called with what C asks; a `BusFault` is an answer, too.
     """
 
@@ -97,12 +151,14 @@ class _Controller(BlockInC):
         services: Services,
         base: int,
         registers: Mapping[int, Register],
+        kind: Controller,
         answer: Callable[[int, int, int, int], int],
     ) -> None:
         library = _library()
         self._answer = answer
         self._asked = _ASK(self._ask)
-        block = library.hil_dma_new(services.time.queue, self._asked)
+        channels, irqs = len(kind.requests), kind.irqs
+        block = library.hil_dma_new(services.time.queue, self._asked, channels, irqs[0], len(irqs))
         super().__init__(services.time, block, library.hil_dma_free, base=base, registers=registers)
         self.reset: Callable[[], None] = functools.partial(library.hil_dma_reset, self.block)
         self.join: Callable[[ctypes.c_void_p], None] = functools.partial(library.hil_dma_join, self.block)
@@ -121,38 +177,44 @@ class Dma(PeripheralInC):
     """A DMA controller.
 
     Args:
-        name: ``DMA1``.
+        name: ``DMA1`` or ``DMA2``.
         base: address of ISR.
-        services: what the chip offers. Used: interrupts 11 to 17, the bus.
+        services: what the chip offers. Used: interrupts 11 to 17, or 56 to 59; the bus.
+        kind: its channels; those of `CONTROLLERS` if left out.
     """
 
-    def __init__(self, name: str, base: int, services: Services) -> None:
+    def __init__(self, name: str, base: int, services: Services, kind: Controller | None = None) -> None:
+        self.kind = kind = kind or CONTROLLERS[name]
         registers = {register.offset: register for register in self.registers_of()}
-        self._controller = self.in_c = _Controller(services, base, registers, self._answer)
+        self._controller = self.in_c = _Controller(services, base, registers, kind, self._answer)
         super().__init__(name, base, services)
         self._values = self.in_c.values
         self._bus = services.bus
-        self._irqs = [services.irq(FIRST_IRQ + number - 1) for number in REQUESTS]
+        self._irqs = [services.irq(number) for number in kind.irqs]
         if all(irq.core is not None for irq in self._irqs):
             assert self._irqs[0].core is not None
             self._controller.join(self._irqs[0].core)
         self._requests = {
             name: Request(self.in_c.block, number << _REQUEST_BITS | index)
-            for number, names in REQUESTS.items()
+            for number, names in kind.requests.items()
             for index, name in enumerate(names)
         }
 
     def registers_of(self) -> Iterable[Register]:
         """Return ISR, IFCR and the registers of each channel."""
         yield Register("ISR", ISR, 0, 0)
-        yield Register("IFCR", IFCR, 0, 0x0FFF_FFFF)
+        yield Register("IFCR", IFCR, 0, (1 << 4 * len(self.kind.requests)) - 1)
         timing = f"a transfer takes {TRANSFER_CYCLES} cycles, and does not slow down the CPU"
-        for number in REQUESTS:
+        for number in self.kind.requests:
             base = _CHANNEL_SIZE * (number - 1)
             yield Register(f"CCR{number}", base + _CCR, 0, 0x7FFF, fidelity=Fidelity.PARTLY, note=timing)
             yield Register(f"CNDTR{number}", base + _CNDTR, 0, 0xFFFF)
             yield Register(f"CPAR{number}", base + _CPAR)
             yield Register(f"CMAR{number}", base + _CMAR)
+
+    def serves(self, name: str) -> bool:
+        """Say whether a channel listens to the request of that name."""
+        return any(name in names for names in self.kind.requests.values())
 
     def request(self, name: str) -> Request:
         """Return the request line of that name; one that no channel listens to goes nowhere."""
@@ -160,7 +222,7 @@ class Dma(PeripheralInC):
 
     def left(self, name: str) -> int:
         """Return how many transfers the channel of a request has still to make."""
-        channel = next(number for number, names in REQUESTS.items() if name in names)
+        channel = next(number for number, names in self.kind.requests.items() if name in names)
         return self[_CHANNEL_SIZE * (channel - 1) + _CNDTR]
 
     def reset(self) -> None:
@@ -197,7 +259,7 @@ def _library() -> Any:
     """Return the library, with the functions of the controller declared, called with Python's lock held."""
     library: Any = with_lock_held()
     pointer, word = ctypes.c_void_p, ctypes.c_uint32
-    library.hil_dma_new.argtypes, library.hil_dma_new.restype = (pointer, _ASK), pointer
+    library.hil_dma_new.argtypes, library.hil_dma_new.restype = (pointer, _ASK, word, word, word), pointer
     library.hil_dma_free.argtypes, library.hil_dma_free.restype = (pointer,), None
     library.hil_dma_reset.argtypes, library.hil_dma_reset.restype = (pointer,), None
     library.hil_dma_join.argtypes, library.hil_dma_join.restype = (pointer, pointer), None

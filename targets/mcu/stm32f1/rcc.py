@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from fractions import Fraction
 from types import MappingProxyType
 from typing import ClassVar, Unpack
@@ -20,8 +21,9 @@ from targets.mcu.stm32f1.densities import MEDIUM, Density
 __all__ = ["Rcc"]
 
 CFGR, CIR, APB2RSTR, APB1RSTR, AHBENR, APB2ENR, APB1ENR, BDCR, CSR = range(4, 0x28, 4)
+CFGR2 = 0x2C
 
-PLLSRC, PLL_SETTINGS = 1 << 16, 0x3F << 16
+PLLSRC, PLLXTPRE, USBPRE, PLL_SETTINGS = 1 << 16, 1 << 17, 1 << 22, 0x3F << 16
 # Every reset of the chip also pulls NRST low, so that PINRSTF comes with each (RM0008 section 7.1.1, figure 7). Leaving
 # Standby is a power reset (section 7.1.2).
 CAUSES = {
@@ -70,7 +72,10 @@ class Rcc(ClassicRcc):
     READY = MappingProxyType(ready_bits(BDCR, CSR))
     RESET_FLAGS = 0xFC00_0000
     CAUSES = MappingProxyType(CAUSES)
-    CLOCK_OUTPUTS = (Choice(name="MCO", shift=24, clocks=(*[None] * 4, "SYSCLK", "HSI", "HSE", "PLL/2")),)
+    CLOCK_OUTPUTS = (
+        Choice(name="MCO", shift=24, clocks=(*[None] * 4, "SYSCLK", "HSI", "HSE", "PLL/2")),
+        Choice(name="LSI", shift=0, clocks=("LSI",)),  # inside the chip: TIM5 may measure it
+    )
 
     def __init__(
         self,
@@ -101,7 +106,13 @@ class Rcc(ClassicRcc):
             Register("APB2ENR", APB2ENR, 0, apb2),
             Register("APB1ENR", APB1ENR, 0, apb1),
         )
-        return sorted((*self.REGISTERS, *gates), key=lambda register: register.offset)
+        own: tuple[Register, ...] = self.REGISTERS
+        if self._density.value_line:
+            without_usb = (
+                replace(one, writable=one.writable & ~USBPRE) if one.offset == CFGR else one for one in self.REGISTERS
+            )
+            own = (*without_usb, Register("CFGR2", CFGR2, 0, 0xF))
+        return sorted((*own, *gates), key=lambda register: register.offset)
 
     # --- registers
 
@@ -112,8 +123,22 @@ class Rcc(ClassicRcc):
             self.note("misuse", "CFGR.PLLMUL", "the PLL is on: PLLSRC, PLLXTPRE and PLLMUL keep their values")
             value = (value & ~PLL_SETTINGS) | (old & PLL_SETTINGS)
         self[CFGR] = self._keep_source(value)
+        if self._density.value_line:
+            self[CFGR2] = self[CFGR2] & ~1 | (1 if value & PLLXTPRE else 0)
         self._try_switch()
         self._set_tree()
+
+    def write_CFGR2(self, value: int) -> None:
+        """Divide HSE before the PLL, while that is off; the lowest bit is PLLXTPRE too (RM0041 section 6.3.11)."""
+        if self[CR] & PLLON and value != self[CFGR2]:
+            self.note("misuse", "CFGR2.PREDIV1", "the PLL is on: PREDIV1 keeps its value")
+            return
+        self[CFGR2] = value
+        self[CFGR] = self[CFGR] & ~PLLXTPRE | (PLLXTPRE if value & 1 else 0)
+        self._set_tree()
+
+    def _prediv(self) -> int | None:
+        return (self[CFGR2] & 0xF) + 1 if self._density.value_line else None
 
     def write_APB2RSTR(self, value: int) -> None:
         """Reset the peripherals of APB2."""
@@ -145,16 +170,16 @@ class Rcc(ClassicRcc):
         return bool(self[CFGR] & PLLSRC)
 
     def _check_pll(self) -> None:
-        mhz = pll_hz(self[CFGR], self.hse_hz) / 1_000_000
-        if not 16 <= mhz <= 72:  # DS5319, PLL characteristics
-            self.note("misuse", "CFGR.PLLMUL", f"the PLL makes 16 to 72 MHz, not {float(mhz):g} MHz")
+        mhz, most = pll_hz(self[CFGR], self.hse_hz, self._prediv()) / 1_000_000, self._density.limits.sysclk
+        if not 16 <= mhz <= most:  # DS5319 and DS5944, PLL characteristics
+            self.note("misuse", "CFGR.PLLMUL", f"the PLL makes 16 to {most} MHz, not {float(mhz):g} MHz")
 
     def _rtc_hse_hz(self) -> Fraction:
         return self.hse_hz / 128
 
     def _set_tree(self, *, stopped: bool | None = None) -> None:
         tree = self.tree
-        rates = rates_of(self[CFGR], self._source, self.hse_hz)
+        rates = rates_of(self[CFGR], self._source, self.hse_hz, self._prediv())
         halted = tree.stopped if stopped is None else stopped
 
         def change() -> None:
@@ -170,13 +195,15 @@ class Rcc(ClassicRcc):
             "SYSCLK": rates.sysclk,
             "HSI": HSI_HZ if self._hsi.ready else none,
             "HSE": self.hse_hz if self._hse.ready else none,
-            "PLL/2": pll_hz(self[CFGR], self.hse_hz) / 2 if self._pll.ready else none,
+            "LSI": self.lsi_hz if self._lsi.ready else none,
+            "PLL/2": pll_hz(self[CFGR], self.hse_hz, self._prediv()) / 2 if self._pll.ready else none,
         }
         self._put_out(self[CFGR], clocks, stopped=halted)
         if self[CFGR] >> 24 & 7 == _MCO_SYSCLK and rates.sysclk > FASTEST_MCO_HZ:
             self.note("misuse", "CFGR.MCO", "SYSCLK is faster than the 50 MHz that the pin can put out")
 
     def _check_rates(self) -> None:
-        usb_on = bool(self[APB1ENR] & USB)
-        for where, text in violations(self.tree.rates, adc_on=bool(self[APB2ENR] & ADCS), usb_on=usb_on):
+        adc_on, usb_on = bool(self[APB2ENR] & ADCS), bool(self[APB1ENR] & USB)
+        limits = self._density.limits
+        for where, text in violations(self.tree.rates, adc_on=adc_on, usb_on=usb_on, limits=limits):
             self.note("misuse", where, text)

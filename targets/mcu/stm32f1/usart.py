@@ -1,13 +1,20 @@
-"""USART1 to USART3: what their control registers set up (RM0008 section 27). Flags, data and requests: ``usart_f1.c``.
+"""USART1 to USART3, UART4 and UART5: what their control registers set up (RM0008 section 27).
+
+Flags, data and requests: ``usart_f1.c``.
 
 Choices where the manual is silent, besides those of the transmitter and the receiver:
 
 * In single-wire half-duplex mode the receiver hears what is sent, unless RE is off. Meanwhile it hears others as far as
   they come in as frames, but not what they do to the level of the pin.
 * A BRR below 16 stops the bit clock.
+* Bits that UART4 and UART5 lack (flow control, synchronous clock, smartcard mode, stop bits of a half, DMA of UART5)
+  read 0.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
+from typing import ClassVar
 
 from targets.mcu.block import PeripheralInC
 from targets.mcu.fidelity import Fidelity
@@ -17,7 +24,7 @@ from targets.mcu.services import InputSignal, Services
 from targets.mcu.stm32.usart_base import UsartBase, listen
 from targets.mcu.stm32.usart_line import Kind, News
 
-__all__ = ["Usart"]
+__all__ = ["Uart4", "Uart5", "Usart", "ValueLineUsart"]
 
 SR, DR, BRR, CR1, CR2, CR3, GTPR = range(0, 0x1C, 4)
 
@@ -33,6 +40,8 @@ _PINS = {
     "USART1": ("PA9 (or PB6)", "PA10 (or PB7)"),
     "USART2": ("PA2 (or PD5)", "PA3 (or PD6)"),
     "USART3": ("PB10 (or PC10, PD8)", "PB11 (or PC11, PD9)"),
+    "UART4": ("PC10", "PC11"),
+    "UART5": ("PC12", "PD2"),
 }
 
 
@@ -47,7 +56,7 @@ class Usart(PeripheralInC, UsartBase):
         irq: number of its interrupt.
     """
 
-    REGISTERS = (
+    REGISTERS: ClassVar[tuple[Register, ...]] = (
         Register("SR", SR, 0xC0, CTS | LBD | TC | RXNE),
         Register("DR", DR, 0, 0x1FF),
         Register("BRR", BRR, 0, 0xFFFF),
@@ -176,3 +185,51 @@ class Usart(PeripheralInC, UsartBase):
 
     def _drive_rts(self) -> None:
         self._line_rts.set(bool(self[SR] & RXNE) or not self._rx.running)
+
+
+def _without(cr3: int) -> tuple[Register, ...]:
+    """Return the registers of a UART, with those bits of CR3 (sections 27.2, 27.6)."""
+    writable = {"SR": LBD | TC | RXNE, "CR2": 0x606F, "CR3": cr3, "GTPR": 0xFF}
+    remarks = {"CR2": "", "CR3": "IrDA is not modelled; frames are those of asynchronous mode"}
+    return tuple(
+        replace(
+            register,
+            writable=writable.get(register.name, register.writable),
+            ignored=register.ignored & writable.get(register.name, register.ignored),
+            fidelity=Fidelity.MODELLED if register.name == "CR2" else register.fidelity,
+            note=remarks.get(register.name, register.note),
+        )
+        for register in Usart.REGISTERS
+    )
+
+
+def _with_unmodelled(register: Register) -> Register:
+    more = {"CR1": 1 << 15, "CR3": 1 << 11}.get(register.name, 0)
+    if not more:
+        return register
+    note = "OVER8 and ONEBIT of the value line are not modelled: a bit is sampled 16 times" + "; " * bool(register.note)
+    return replace(
+        register,
+        writable=register.writable | more,
+        ignored=register.ignored | more,
+        fidelity=Fidelity.PARTLY,
+        note=note + register.note,
+    )
+
+
+class ValueLineUsart(Usart):
+    """A USART of the STM32F100 (RM0041 section 23.6), which may sample a bit 8 times or once."""
+
+    REGISTERS = tuple(_with_unmodelled(register) for register in Usart.REGISTERS)
+
+
+class Uart4(Usart):
+    """UART4, which has no flow control, no synchronous clock and no smartcard mode."""
+
+    REGISTERS = _without(0x00CF)
+
+
+class Uart5(Usart):
+    """UART5, which asks for no DMA besides."""
+
+    REGISTERS = _without(0x000F)

@@ -1,5 +1,6 @@
-"""The STM32F103 by part number: memory, and what its package brings out.
+"""The STM32F103 and STM32F100 by part number: memory, and what the package brings out.
 
+Of the STM32F100 (DS5944) those up to medium density; the larger ones have TIM12 to TIM14 and other requests to DMA.
 DS6087 (x4, x6), DS5319 (x8, xB) and DS5792 (xC, xD, xE): device features, pin definitions.
 """
 
@@ -14,6 +15,16 @@ from targets.mcu.variant import Variant
 __all__ = ["VARIANTS", "ChipName", "Variant"]
 
 ChipName = Literal[
+    "STM32F100C4",
+    "STM32F100C6",
+    "STM32F100C8",
+    "STM32F100CB",
+    "STM32F100R4",
+    "STM32F100R6",
+    "STM32F100R8",
+    "STM32F100RB",
+    "STM32F100V8",
+    "STM32F100VB",
     "STM32F103T4",
     "STM32F103T6",
     "STM32F103T8",
@@ -55,13 +66,19 @@ _PACKAGES = {
     "Z": _pins(A=_ALL, B=_ALL, C=_ALL, D=_ALL, E=_ALL, F=_ALL, G=_ALL),  # LQFP144: 112
 }
 _SIZES_KB = {"4": (16, 6), "6": (32, 10), "8": (64, 20), "B": (128, 20), "C": (256, 48), "D": (384, 64), "E": (512, 64)}
+_VALUE_LINE_KB = {"4": (16, 4), "6": (32, 4), "8": (64, 8), "B": (128, 8)}
 
 
 def _variant(name: ChipName) -> Variant:
     package, size = name[-2], name[-1]
-    flash_kb, ram_kb = _SIZES_KB[size]
-    # UART4 and UART5 of high density are not modelled (`targets.mcu.stm32f1.absent`).
-    usarts = ("USART1", "USART2") if package == "T" or size in "46" else ("USART1", "USART2", "USART3")
+    flash_kb, ram_kb = (_VALUE_LINE_KB if name.startswith("STM32F100") else _SIZES_KB)[size]
+    usarts: tuple[str, ...] = ("USART1", "USART2")
+    i2cs: tuple[str, ...] = ("I2C1",)
+    spis: tuple[str, ...] = ("SPI1",)
+    if package != "T" and size not in "46":
+        usarts, i2cs, spis = (*usarts, "USART3"), (*i2cs, "I2C2"), (*spis, "SPI2")
+    if size in "CDE":
+        usarts, spis = (*usarts, "UART4", "UART5"), (*spis, "SPI3")
     return Variant(
         name=name,
         family="stm32f1",
@@ -69,12 +86,8 @@ def _variant(name: ChipName) -> Variant:
         ram_bytes=ram_kb * _KB,
         pins=_PACKAGES[package],
         usarts=usarts,
-        i2cs=("I2C1",) if package == "T" or size in "46" else ("I2C1", "I2C2"),
-        spis=("SPI1",)
-        if package == "T" or size in "46"
-        else ("SPI1", "SPI2", "SPI3")
-        if size in "CDE"
-        else ("SPI1", "SPI2"),
+        i2cs=i2cs,
+        spis=spis,
         boot1_pin="PB2",
     )
 

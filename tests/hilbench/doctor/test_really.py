@@ -168,7 +168,7 @@ def test_the_command_says_so_and_what_is_installed(machine, monkeypatch, capsys)
     assert findings.splitlines()[0].startswith("ok     Python")
     said = {line.split(maxsplit=1)[0]: line.split(maxsplit=1)[1] for line in installed.splitlines()}
     assert said["hilbench"] == __version__
-    assert said["boards"] == "bluepill, nucleo-f103rb, nucleo-f767zi, nucleo-h753zi"
+    assert said["boards"] == "bluepill, nucleo-f103rb, nucleo-f767zi, nucleo-h753zi, stm32vldiscovery"
     assert {"STM32F103C8", "STM32F767ZI"} <= set(said["chips"].split(", "))
     assert err == "what is modelled of a chip: hilbench doctor --fidelity CHIP\n"
     assert main(["doctor", "--json"]) in {0, 3}

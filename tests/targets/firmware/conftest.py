@@ -15,12 +15,14 @@ from targets.firmware import image_path
 from targets.mcu.image import limits_of, load_image
 from targets.mcu.machine import Machine
 from targets.mcu.serial_line import SerialFormat
+from tests.targets.firmware.high_density import IMAGES as HIGH_DENSITY_IMAGES
 
 MS = 1_000_000
 BOARDS = {
     "f767": built_in_board("nucleo-f767zi"),
     "h753": built_in_board("nucleo-h753zi"),
     "style-hse-bypass": built_in_board("nucleo-f103rb"),
+    **HIGH_DENSITY_IMAGES,
 }
 BLUE_PILL = built_in_board("bluepill")
 FORMAT = SerialFormat.parse("8N1")

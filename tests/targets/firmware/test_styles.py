@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import pytest
 
@@ -50,6 +51,35 @@ def test_a_clock_at_osc_in_is_the_way_to_72_mhz_on_the_nucleo(start):
     assert run.sent["USART2"] == b"style-hse-bypass at 72000000 Hz\r\ntwicebutton 1\r\nbutton 2\r\n"
     assert set(map(round, periods_ms(run, "PA5"))) == {50}
     assert not run.machine.notes.all
+
+
+def test_a_sine_by_dma_and_an_echo_on_a_device_of_high_density(start):
+    run = start("style-dac-dma").send("UART4", b"Sine", baud=115_200, at_ms=50)
+    machine, volts = run.machine, []
+    for sample in range(64):
+        machine.at_ns(int(150 * MS + sample * MS / 32), lambda: volts.append(machine.chip.pins["PA4"].volts))
+    run.to(160)
+    codes = [round(value * 4095 / 3.3) for value in volts]
+    assert codes[:32] == codes[32:]
+    assert sorted(codes[:32]) == sorted(round(2048 + 2000 * math.sin(2 * math.pi * n / 32)) for n in range(32))
+    assert max(codes) == 4048
+    assert run.sent["UART4"] == b"style-dac-dma at 32000 samples/s\r\nsINEwave 102\r\n"
+    assert not machine.notes.all
+
+
+def test_a_device_of_the_value_line(start):
+    run = start("style-value-line").record("PC8", "PC9", "PA2").send("USART1", b"echo", baud=115_200, at_ms=30)
+    run.drive("PA0", (60, True), (80, False))
+    machine, volts = run.machine, []
+    for step in range(8):
+        machine.at_ns(100 * MS + step * MS // 2, lambda: volts.append(machine.chip.pins["PA4"].volts))
+    run.to(260)
+    assert run.sent["USART1"] == b"style-value-line at 24 MHz\r\necho"
+    assert set(periods_ms(run, "PC8")) == {50.0}
+    assert [round(ms) for ms in run.edges_ms("PC9")[1:]] == [60, 80]
+    assert set(periods_ms(run, "PA2")[2:]) == {0.25, 0.75}
+    assert sorted(round(volt, 3) for volt in volts) == sorted(2 * [0.0, 1.1, 2.2, 3.3])
+    assert not machine.notes.all
 
 
 def test_interrupts_and_dma(start):

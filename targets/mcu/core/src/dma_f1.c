@@ -1,4 +1,4 @@
-/* DMA1: seven channels between registers and memory (RM0008 section 13).
+/* DMA1 and DMA2: seven and five channels between registers and memory (RM0008 section 13).
  *
  * One transfer at a time. It begins when a channel asks and nothing is under way, and its read and its write happen at
  * its end. Among the channels that asked by the beginning, the highest priority wins, then the lowest number.
@@ -20,7 +20,7 @@
 
 #include <stdlib.h>
 
-enum { CHANNELS = 7, FIRST_DMA_IRQ = 11, TRANSFER_CYCLES = 5 };
+enum { MOST_CHANNELS = 7, TRANSFER_CYCLES = 5 };
 
 /* Words of the block: the flags, and from FIRST on those of each channel, of which the last is none. */
 enum { ISR, IFCR, FIRST };
@@ -36,15 +36,19 @@ enum { EN = 1 << 0, DIR = 1 << 4, CIRC = 1 << 5, PINC = 1 << 6, MINC = 1 << 7, P
 struct channel {
   uint32_t levels, once, reload, peripheral, memory;
   uint64_t ready_since;
-  bool ready, irq;
+  bool ready;
 };
+
+/* count: of the channels. first_irq, irqs: their interrupts; channels beyond the last one share it. */
 
 struct hil_dma {
   struct hil_block block;    /* first: a block is the controller that it belongs to */
   struct hil_queue *queue;
   struct hil_cpu *cpu;       /* whose memory and interrupts these are; NULL: Python is asked */
   hil_dma_ask ask;
-  struct channel channels[CHANNELS];
+  struct channel channels[MOST_CHANNELS];
+  uint32_t count, first_irq, irqs;
+  bool irq[MOST_CHANNELS];
   int32_t done;              /* the event at the end of a transfer */
   uint64_t begun;
   bool serving;
@@ -60,16 +64,21 @@ static uint32_t *registers(struct hil_dma *dma, uint32_t n) {
 
 static uint32_t flags(const struct hil_dma *dma, uint32_t n) { return dma->block.registers.values[ISR] >> 4 * n & FLAGS; }
 
+/* The interrupt of a channel, counted from the first. */
+static uint32_t irq_of(const struct hil_dma *dma, uint32_t n) { return n < dma->irqs ? n : dma->irqs - 1; }
+
 static void drive_irq(struct hil_dma *dma, uint32_t n) {
-  struct channel *channel = &dma->channels[n];
-  bool level = flags(dma, n) & registers(dma, n)[CCR];
-  if (level == channel->irq)
+  uint32_t irq = irq_of(dma, n);
+  bool level = false;
+  for (uint32_t other = irq; other < dma->count && irq_of(dma, other) == irq; other++)
+    level |= (flags(dma, other) & registers(dma, other)[CCR]) != 0;
+  if (level == dma->irq[irq])
     return;
-  channel->irq = level;
+  dma->irq[irq] = level;
   if (dma->cpu)
-    hil_queue_interrupt(dma->queue, dma->cpu, FIRST_DMA_IRQ + n, level);
+    hil_queue_interrupt(dma->queue, dma->cpu, dma->first_irq + irq, level);
   else
-    dma->ask(DMA_DRIVES, n, 0, level);
+    dma->ask(DMA_DRIVES, irq, 0, level);
 }
 
 static void flag(struct hil_dma *dma, uint32_t n, uint32_t set) {
@@ -79,7 +88,7 @@ static void flag(struct hil_dma *dma, uint32_t n, uint32_t set) {
 
 static uint32_t read_flags(const struct hil_dma *dma) {
   uint32_t word = 0;
-  for (uint32_t n = 0; n < CHANNELS; n++)
+  for (uint32_t n = 0; n < dma->count; n++)
     if (flags(dma, n))
       word |= (flags(dma, n) | GIF) << 4 * n;
   return word;
@@ -87,7 +96,7 @@ static uint32_t read_flags(const struct hil_dma *dma) {
 
 /* CGIF clears all flags of a channel. */
 static void clear_flags(struct hil_dma *dma, uint32_t value) {
-  for (uint32_t n = 0; n < CHANNELS; n++) {
+  for (uint32_t n = 0; n < dma->count; n++) {
     uint32_t bits = value >> 4 * n & (GIF | FLAGS);
     dma->block.registers.values[ISR] &= ~((bits & GIF ? FLAGS : bits) << 4 * n);
     drive_irq(dma, n);
@@ -103,7 +112,7 @@ static bool wants(struct hil_dma *dma, uint32_t n) {
 }
 
 static bool any_ready(const struct hil_dma *dma) {
-  for (uint32_t n = 0; n < CHANNELS; n++)
+  for (uint32_t n = 0; n < dma->count; n++)
     if (dma->channels[n].ready)
       return true;
   return false;
@@ -134,7 +143,7 @@ static void update(struct hil_dma *dma, uint32_t n) {
 
 static struct channel *channel_of(struct hil_dma *dma, uint32_t request) {
   uint32_t number = request >> REQUEST_BITS;
-  return number && number <= CHANNELS ? &dma->channels[number - 1] : NULL;
+  return number && number <= dma->count ? &dma->channels[number - 1] : NULL;
 }
 
 /* Drive a request line; low takes back what it has asked for once. */
@@ -226,14 +235,14 @@ static void serve(struct hil_dma *dma, uint32_t n) {
   count(dma, n, control);
 }
 
-/* The channel whose turn it is, or CHANNELS. */
+/* The channel whose turn it is, or as many as there are. */
 static uint32_t chosen(struct hil_dma *dma) {
-  uint32_t best = CHANNELS, priority = 0;
-  for (uint32_t n = 0; n < CHANNELS; n++) {
+  uint32_t best = dma->count, priority = 0;
+  for (uint32_t n = 0; n < dma->count; n++) {
     uint32_t own = registers(dma, n)[CCR] >> PL & 3;
     if (!dma->channels[n].ready || dma->channels[n].ready_since > dma->begun)
       continue;
-    if (best == CHANNELS || own > priority) {
+    if (best == dma->count || own > priority) {
       best = n;
       priority = own;
     }
@@ -246,7 +255,7 @@ static void on_done(void *whose) {
   if (!dma->block.registers.clocked)
     return;
   uint32_t n = chosen(dma);
-  if (n < CHANNELS) {
+  if (n < dma->count) {
     dma->channels[n].ready = false;
     dma->serving = true;
     serve(dma, n);
@@ -281,7 +290,7 @@ static void write_control(struct hil_dma *dma, uint32_t n, uint32_t value) {
 
 static bool read(struct hil_block *block, uint32_t word, uint32_t *value) {
   struct hil_dma *dma = (struct hil_dma *)block;
-  if (word >= FIRST && (word >= FIRST + CHANNEL_WORDS * CHANNELS || (word - FIRST) % CHANNEL_WORDS > CMAR))
+  if (word >= FIRST && (word >= FIRST + CHANNEL_WORDS * dma->count || (word - FIRST) % CHANNEL_WORDS > CMAR))
     return false;
   *value = word == ISR ? read_flags(dma) : word == IFCR ? 0 : block->registers.values[word];
   return true;
@@ -297,7 +306,7 @@ static bool write(struct hil_block *block, uint32_t word, uint32_t value) {
     return true;
   }
   uint32_t n = (word - FIRST) / CHANNEL_WORDS, what = (word - FIRST) % CHANNEL_WORDS;
-  if (n >= CHANNELS || what > CMAR)
+  if (n >= dma->count || what > CMAR)
     return false;
   uint32_t *r = registers(dma, n);
   if (what == CCR) {
@@ -317,9 +326,9 @@ static bool write(struct hil_block *block, uint32_t word, uint32_t value) {
 /* Go to the state after reset; requests are not its own. */
 HIL_EXPORT void hil_dma_reset(struct hil_dma *dma) {
   hil_event_off(dma->queue, dma->done);
-  for (uint32_t word = 0; word < FIRST + CHANNEL_WORDS * CHANNELS; word++)
+  for (uint32_t word = 0; word < FIRST + CHANNEL_WORDS * dma->count; word++)
     dma->block.registers.values[word] = 0;
-  for (uint32_t n = 0; n < CHANNELS; n++) {
+  for (uint32_t n = 0; n < dma->count; n++) {
     struct channel *channel = &dma->channels[n];
     channel->reload = channel->peripheral = channel->memory = 0;
     channel->ready = false;
@@ -332,13 +341,18 @@ HIL_EXPORT void hil_dma_join(struct hil_dma *dma, struct hil_cpu *cpu) { dma->cp
 
 HIL_EXPORT void hil_dma_free(struct hil_dma *dma) { free(dma); }
 
-/* Make a controller. Returns NULL if there is no memory left. */
-HIL_EXPORT struct hil_dma *hil_dma_new(struct hil_queue *queue, hil_dma_ask ask) {
+/* Make a controller of `count` channels. The first `irqs` have an interrupt each, from `first_irq` on, and the others
+ * share the last of these. Returns NULL if there is no memory left. */
+HIL_EXPORT struct hil_dma *hil_dma_new(struct hil_queue *queue, hil_dma_ask ask, uint32_t count, uint32_t first_irq,
+                                       uint32_t irqs) {
   struct hil_dma *dma = calloc(1, sizeof *dma);
   if (!dma)
     return NULL;
   dma->queue = queue;
   dma->ask = ask;
+  dma->count = count;
+  dma->first_irq = first_irq;
+  dma->irqs = irqs;
   dma->block.read = read;
   dma->block.write = write;
   dma->block.on_ahb = true;

@@ -1,4 +1,4 @@
-/* DMA1 of the STM32F1: see dma_f1.c. */
+/* DMA1 and DMA2 of the STM32F1: see dma_f1.c. */
 #ifndef HIL_DMA_F1_H
 #define HIL_DMA_F1_H
 
@@ -12,7 +12,7 @@ struct hil_dma;
 enum hil_dma_question {
   DMA_READS,  /* `size` bytes at `address`; DMA_FAILS: a bus error */
   DMA_WRITES, /* the same with a value */
-  DMA_DRIVES, /* the interrupt of channel `address` to level `value` */
+  DMA_DRIVES, /* interrupt `address`, counted from the controller's first, to level `value` */
   DMA_NOTES,  /* `enum hil_dma_note` in `value`, of channel `address` and its register `size` */
 };
 

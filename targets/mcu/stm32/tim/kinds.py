@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from targets.mcu.registers import Register
 from targets.mcu.stm32.tim.registers import (
     ADVANCED,
+    BASIC,
     F7_ADVANCED,
     F7_BASIC,
     F7_GENERAL_16,
@@ -21,7 +22,7 @@ from targets.mcu.stm32.tim.registers import (
     TIM11_OPTIONS,
 )
 
-__all__ = ["F7_KINDS", "KINDS", "Kind"]
+__all__ = ["F7_KINDS", "HIGH_DENSITY_KINDS", "KINDS", "Kind"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,6 +71,10 @@ def _general(irq: int, *internal_triggers: str | None) -> Kind:
     return Kind(bus="APB1", irqs=MappingProxyType({0x5F: irq}), registers=GENERAL, internal_triggers=internal_triggers)
 
 
+def _basic(irq: int) -> Kind:
+    return Kind(bus="APB1", irqs=MappingProxyType({0x01: irq}), registers=BASIC, channels=0, compares=0, master_modes=3)
+
+
 KINDS: Mapping[str, Kind] = MappingProxyType(
     {
         "TIM1": Kind(
@@ -85,6 +90,26 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
     }
 )
 """Every timer of the medium-density STM32F103 by its name."""
+
+HIGH_DENSITY_KINDS: Mapping[str, Kind] = MappingProxyType(
+    {
+        "TIM1": replace(KINDS["TIM1"], internal_triggers=("TIM5", "TIM2", "TIM3", "TIM4")),
+        "TIM2": _general(28, "TIM1", "TIM8", "TIM3", "TIM4"),
+        "TIM3": _general(29, "TIM1", "TIM2", "TIM5", "TIM4"),
+        "TIM4": _general(30, "TIM1", "TIM2", "TIM3", "TIM8"),
+        "TIM5": _general(50, "TIM2", "TIM3", "TIM4", "TIM8"),
+        "TIM6": _basic(54),
+        "TIM7": _basic(55),
+        "TIM8": Kind(
+            bus="APB2",
+            irqs=MappingProxyType({0x80: 43, 0x01: 44, 0x60: 45, 0x1E: 46}),
+            registers=ADVANCED,
+            internal_triggers=("TIM1", "TIM2", "TIM4", "TIM5"),
+            advanced=True,
+        ),
+    }
+)
+"""Every timer of the high-density STM32F103 by its name."""
 
 
 # --- STM32F7: RM0410 table of the vectors; internal triggers in sections 25.4.3, 26.4.3, 27.4.3 (SMCR)

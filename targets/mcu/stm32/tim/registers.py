@@ -7,6 +7,7 @@ from targets.mcu.registers import Register
 
 __all__ = [
     "ADVANCED",
+    "BASIC",
     "F7_ADVANCED",
     "F7_BASIC",
     "F7_GENERAL_16",
@@ -71,9 +72,20 @@ def _registers(*, advanced: bool) -> tuple[Register, ...]:
 
 
 GENERAL = _registers(advanced=False)
-"""Of TIM2 to TIM4."""
+"""Of TIM2 to TIM5."""
 ADVANCED = _registers(advanced=True)
-"""Of TIM1."""
+"""Of TIM1 and TIM8."""
+BASIC = (
+    Register("CR1", CR1, writable=0x008F),
+    Register("CR2", CR2, writable=0x0070),
+    Register("DIER", DIER, writable=0x0101),
+    Register("SR", SR, writable=0x0001),
+    Register("EGR", EGR, writable=0x0001),
+    Register("CNT", CNT, writable=0xFFFF, live=True),
+    Register("PSC", PSC, writable=0xFFFF),
+    Register("ARR", ARR, reset=0xFFFF, writable=0xFFFF),
+)
+"""Of TIM6 and TIM7 (RM0008 section 17.4)."""
 
 
 # --- STM32F7

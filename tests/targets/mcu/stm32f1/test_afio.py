@@ -105,10 +105,10 @@ def test_oscillator_pins_are_a_port_only_when_remapped(pinout):
     assert peek(pinout.ports["D"], "IDR") == 0
 
 
-def test_what_is_only_remembered_is_noted(pinout):
+def test_nothing_of_mapr_is_only_remembered(pinout):
     poke(pinout.afio, "MAPR", 0xFFFF_FFFF & ~(0b11 << 26))
     assert peek(pinout.afio, "MAPR") == 0x031F_FFFF
-    assert pinout.chip.noted("unmodelled") == ["AFIO_MAPR"]
+    assert pinout.chip.noted("unmodelled") == []
 
 
 def test_sev_is_a_pulse_at_the_chosen_pin(pinout):

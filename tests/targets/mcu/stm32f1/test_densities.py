@@ -21,7 +21,7 @@ OF_ALL = {f"GPIO{port}" for port in "ABCD"} | {"TIM1", "TIM2", "TIM3", "USART1",
 OF_ALL |= {"ADC1", "ADC2", "DMA1", "RTC", "BKP", "PWR", "WWDG", "IWDG", "EXTI", "AFIO", "CRC", "RCC", "FLASH", "DBGMCU"}
 FROM_MEDIUM = {"GPIOE", "TIM4", "USART3", "SPI2", "I2C2"}
 # By where they are.
-ABSENT_OF_HIGH = {
+MODELLED_OF_HIGH = {
     "TIM5": 0x4000_0C00,
     "TIM6": 0x4000_1000,
     "TIM7": 0x4000_1400,
@@ -29,11 +29,13 @@ ABSENT_OF_HIGH = {
     "UART5": 0x4000_5000,
     "DAC": 0x4000_7400,
     "TIM8": 0x4001_3400,
-    "SDIO": 0x4001_8000,
     "DMA2": 0x4002_0400,
+}
+ABSENT_OF_HIGH = {
+    "SDIO": 0x4001_8000,
     "FSMC": 0xA000_0000,
 }
-FROM_HIGH = {"GPIOF", "GPIOG", *ABSENT_OF_HIGH}
+FROM_HIGH = {"GPIOF", "GPIOG", *MODELLED_OF_HIGH, *ABSENT_OF_HIGH}
 
 IMAGE = load_image(image_path("selftest-crc"), limits_for("STM32F103C8"))
 
@@ -81,11 +83,18 @@ def test_what_is_missing_of_high_density_stands_in_the_ledger_and_is_said(high):
     assert said == set(ABSENT_OF_HIGH)
 
 
-def test_reset_values_of_what_is_missing(high):
+def test_what_is_modelled_of_high_density_is_where_it_should_be(high):
+    for name, base in MODELLED_OF_HIGH.items():
+        part: Peripheral = high.chip.peripherals[name]
+        assert part.base == base
+        assert all(register.fidelity is not Fidelity.ABSENT for register in part.registers.values())
+
+
+def test_reset_values_of_what_only_high_density_has(high):
     """RM0008, the register maps at the end of the sections."""
     nonzero = {
         (name, register.name): register.reset
-        for name in ABSENT_OF_HIGH
+        for name in (*ABSENT_OF_HIGH, *MODELLED_OF_HIGH)
         for register in high.chip.peripherals[name].registers.values()
         if register.reset and name != "FSMC"
     }

@@ -16,6 +16,7 @@ from targets.mcu.image import Image, limits_of, load_image
 from targets.mcu.machine import Machine
 from targets.mcu.serial_line import SerialFormat
 from targets.mcu.trace import Trace
+from tests.targets.firmware.high_density import IMAGES as HIGH_DENSITY_IMAGES
 
 __all__ = ["PLAIN", "RUNS", "SCENARIOS", "Input", "Run", "Scenario", "trace"]
 
@@ -27,6 +28,7 @@ BOARDS = {
     "h753": built_in_board("nucleo-h753zi"),
     "style-hse-bypass": built_in_board("nucleo-f103rb"),
     "vehicle": built_in_board("nucleo-h753zi"),
+    **HIGH_DENSITY_IMAGES,
 }
 _MOST_STEPS, _PLACES = 4000, 8
 
@@ -269,6 +271,22 @@ _OWN: dict[str, Scenario] = {
             inputs=drives("PA0", (50 * MS, True), (51 * MS, False), (1200 * MS, True), (1210 * MS, None)),
         ),
         Scenario(image="style-registers", span_ns=1600 * MS),
+        Scenario(
+            image="style-value-line",
+            span_ns=120 * MS,
+            inputs=(
+                *sends("USART1", b"value", baud=115_200, at_ns=20 * MS),
+                *drives("PA0", (60 * MS, True), (75 * MS, False)),
+            ),
+        ),
+        Scenario(
+            image="style-dac-dma",
+            span_ns=120 * MS,
+            inputs=(
+                *sends("UART4", b"dac, Dma.", baud=115_200, at_ns=20 * MS),
+                *sends("UART4", b"x", baud=76_800, at_ns=40 * MS),
+            ),
+        ),
         Scenario(
             image="style-hse-bypass",
             span_ns=120 * MS,

@@ -1,0 +1,270 @@
+"""The STM32F100 up to medium density: what it has, its clocks, and how TIM15 to TIM17 and the DAC are tied in.
+
+RM0041: tables 3 and 50, sections 6.3 (RCC), 7.4.7 (AFIO_MAPR2), 11 (DAC); DS5944.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from targets.boards import Board
+from targets.firmware import image_path
+from targets.mcu.fidelity import Fidelity
+from targets.mcu.image import limits_for, load_image
+from targets.mcu.machine import Machine
+from targets.mcu.testing import peek, poke
+from targets.mcu.variants import VARIANTS
+
+IMAGE = load_image(image_path("selftest-crc"), limits_for("STM32F103C8"))
+CHIPS = [name for name in VARIANTS if name.startswith("STM32F100")]
+AF = 0xB
+
+
+class Rig:
+    """A device whose gates are all open, and whose program does not run."""
+
+    def __init__(self, chip="STM32F100RB"):
+        self.machine = Machine(Board.from_mapping({"name": "value", "chip": chip, "hse_hz": 8_000_000}), IMAGE)
+        self.chip = self.machine.chip
+        for register in ("AHBENR", "APB1ENR", "APB2ENR"):
+            poke(self.chip.rcc, register, 0xFFFF_FFFF)
+
+    def poke(self, where, value):
+        name, register = where.split("_", 1)
+        poke(self.chip.peripherals[name], register, value)
+
+    def peek(self, where):
+        name, register = where.split("_", 1)
+        return peek(self.chip.peripherals[name], register)
+
+    def mode(self, pin, nibble):
+        port, number = self.chip.peripherals[f"GPIO{pin[1]}"], int(pin[2:])
+        offset, shift = 4 * (number >= 8), 4 * (number & 7)
+        port.write(offset, (port.read(offset) & ~(0xF << shift)) | nibble << shift)
+
+    def advance(self, cycles):
+        self.machine.time.run_due(self.machine.time.now + cycles)
+
+    def pending(self):
+        words = [self.machine.bus.read(0xE000_E200 + 4 * index, 4) for index in range(2)]
+        return {32 * index + bit for index, word in enumerate(words) for bit in range(32) if word >> bit & 1}
+
+    def noted(self, kind):
+        return [note.where for note in self.machine.notes.all if note.kind == kind]
+
+
+@pytest.fixture
+def rig():
+    return Rig()
+
+
+@pytest.mark.parametrize("name", CHIPS)
+def test_memory_and_package(name):
+    """DS5944, device summary; RM0041 section 2.3.3: pages of 1 KB."""
+    variant, limits = VARIANTS[name], limits_for(name)
+    kb = {"4": (16, 4), "6": (32, 4), "8": (64, 8), "B": (128, 8)}[name[-1]]
+    assert (variant.flash_bytes, variant.ram_bytes) == tuple(1024 * size for size in kb)
+    assert (limits.flash_size, limits.ram_size, limits.table_words) == (*(1024 * size for size in kb), 16 + 56)
+    assert len(variant.pins) == {"C": 37, "R": 51, "V": 80}[name[-2]]
+    assert ("USART3" in variant.usarts) is (name[-1] in "8B")
+
+
+@pytest.mark.parametrize(
+    ("chip", "gates"),
+    [
+        ("STM32F100C4", (0x55, 0x7822_0833, 0x7_5A3D)),
+        ("STM32F100RB", (0x55, 0x7866_4837, 0x7_5A7D)),
+    ],
+)
+def test_gates_and_what_is_behind_them(chip, gates):
+    """RM0041 sections 6.3.6 to 6.3.8."""
+    made = Rig(chip).chip
+    assert tuple(peek(made.rcc, register) for register in ("AHBENR", "APB1ENR", "APB2ENR")) == gates
+    there = {"TIM1", "TIM2", "TIM3", "TIM6", "TIM7", "TIM15", "TIM16", "TIM17", "DAC", "CEC", "ADC1", "DMA1", "RTC"}
+    assert there <= set(made.peripherals)
+    assert not {"ADC2", "CAN", "USB", "USB_SRAM", "DMA2", "TIM5", "TIM8", "FSMC"} & set(made.peripherals)
+    assert peek(made.dbgmcu, "IDCODE") & 0xFFF == 0x420
+
+
+def test_interrupts_go_up_to_55(rig):
+    rig.machine.bus.write(0xE000_E104, 4, 0xFFFF_FFFF)
+    assert rig.machine.bus.read(0xE000_E104, 4) == (1 << 56 - 32) - 1
+
+
+def test_cec_is_declared(rig):
+    part = rig.chip.peripherals["CEC"]
+    assert part.base == 0x4000_7800
+    assert all(register.fidelity is Fidelity.ABSENT for register in part.registers.values())
+
+
+# --- clocks
+
+
+@pytest.mark.parametrize(("prediv", "mul", "mhz"), [(1, 3, 24), (2, 6, 24), (4, 12, 24), (8, 16, 16)])
+def test_a_divider_stands_before_the_pll(rig, prediv, mul, mhz):
+    """RM0041 section 6.3.11; PREDIV1 is the divisor less one."""
+    rig.poke("RCC_CR", 0x1_0083)
+    rig.advance(200_000)
+    rig.poke("RCC_CFGR2", prediv - 1)
+    rig.poke("RCC_CFGR", (mul - 2) << 18 | 1 << 16 | (prediv - 1 & 1) << 17)
+    rig.poke("RCC_CR", 0x101_0083)
+    rig.advance(200_000)
+    rig.poke("RCC_CFGR", rig.peek("RCC_CFGR") | 2)
+    rig.advance(100)
+    assert rig.machine.time.hclk_hz == mhz * 1_000_000
+    assert rig.noted("misuse") == []
+    rig.poke("RCC_CFGR2", 15)
+    assert rig.peek("RCC_CFGR2") == prediv - 1
+    assert rig.noted("misuse") == ["RCC_CFGR2.PREDIV1"]
+
+
+def test_the_lowest_bit_of_the_divider_is_pllxtpre(rig):
+    rig.poke("RCC_CFGR", 1 << 17)
+    assert rig.peek("RCC_CFGR2") == 1
+    rig.poke("RCC_CFGR2", 6)
+    assert not rig.peek("RCC_CFGR") & 1 << 17
+    rig.poke("RCC_CFGR", 0x0060_0000 | 1 << 22)
+    assert not rig.peek("RCC_CFGR") & 1 << 22  # USBPRE is not there
+
+
+def test_more_than_24_mhz_is_noted(rig):
+    rig.poke("RCC_CFGR", 5 << 18)  # HSI / 2 * 7
+    rig.poke("RCC_CR", 0x100_0083)
+    rig.advance(200_000)
+    rig.poke("RCC_CFGR", 5 << 18 | 2)
+    rig.advance(100)
+    assert set(rig.noted("misuse")) - {"FLASH_ACR.LATENCY"} == {
+        *("RCC_CFGR.PLLMUL", "RCC_CFGR.SW", "RCC_CFGR.PPRE1", "RCC_CFGR.PPRE2", "RCC_CFGR.ADCPRE"),
+    }
+
+
+# --- timers
+
+
+@pytest.mark.parametrize(
+    ("timer", "enable", "number"),
+    [
+        ("TIM15", 0x80, 24),
+        ("TIM15", 0x01, 24),
+        ("TIM15", 0x04, 24),
+        ("TIM16", 0x02, 25),
+        ("TIM17", 0x80, 26),
+        ("TIM1", 0x80, 24),
+        ("TIM1", 0x01, 25),
+        ("TIM1", 0x40, 26),
+        ("TIM6", 0x01, 54),
+        ("TIM7", 0x01, 55),
+    ],
+)
+def test_interrupts_that_timers_share(rig, timer, enable, number):
+    """Table 50."""
+    rig.poke(f"{timer}_DIER", enable)
+    rig.poke(f"{timer}_EGR", enable)
+    rig.advance(4)
+    assert rig.pending() == {number}
+
+
+def test_a_shared_interrupt_is_high_while_either_asks(rig):
+    for timer in ("TIM1", "TIM16"):
+        rig.poke(f"{timer}_DIER", 1)
+        rig.poke(f"{timer}_EGR", 1)
+    for timer, left in (("TIM1", {25}), ("TIM16", set())):
+        rig.poke(f"{timer}_SR", 0)
+        rig.machine.bus.write(0xE000_E280, 4, 0xFFFF_FFFF)
+        rig.advance(4)
+        assert rig.pending() == left
+
+
+@pytest.mark.parametrize(
+    ("signal", "remap", "pin"),
+    [
+        ("TIM15_CH1", 0, "PA2"),
+        ("TIM15_CH2", 0, "PA3"),
+        ("TIM15_CH1", 1, "PB14"),
+        ("TIM15_CH2", 1, "PB15"),
+        ("TIM16_CH1", 0, "PB8"),
+        ("TIM16_CH1", 2, "PA6"),
+        ("TIM17_CH1", 0, "PB9"),
+        ("TIM17_CH1", 4, "PA7"),
+        ("TIM15_CH1N", 0, "PB15"),
+        ("TIM16_CH1N", 0, "PB6"),
+        ("TIM17_CH1N", 0, "PB7"),
+    ],
+)
+def test_outputs_at_their_pins(rig, signal, remap, pin):
+    timer, channel = signal.split("_")
+    rig.poke("AFIO_MAPR2", remap)
+    rig.mode(pin, AF)
+    rig.poke(f"{timer}_CCMR1", 0x5050)
+    rig.poke(f"{timer}_CCER", {"CH1": 0x1, "CH2": 0x10, "CH1N": 0x4}[channel])
+    rig.advance(4)
+    assert rig.chip.pins[pin].level is not True
+    rig.poke(f"{timer}_BDTR", 0x8000)
+    rig.advance(4)
+    assert rig.chip.pins[pin].level is True
+
+
+def test_tim15_counts_what_tim16_puts_out(rig):
+    """ITR2 is OC1 of TIM16."""
+    rig.poke("TIM15_SMCR", 2 << 4 | 7)
+    rig.poke("TIM15_CR1", 1)
+    rig.poke("TIM16_CCMR1", 0x60)
+    rig.poke("TIM16_CCR1", 5)
+    rig.poke("TIM16_ARR", 9)
+    rig.poke("TIM15_CNT", 0)  # OC1REF has risen when it was set up
+    rig.poke("TIM16_CR1", 1)
+    rig.advance(102)
+    assert rig.peek("TIM15_CNT") == 10
+
+
+def test_requests_to_dma_of_the_new_timers_are_said_to_be_missing(rig):
+    rig.poke("TIM15_DIER", 0x100)
+    assert rig.noted("unmodelled") == ["TIM15_DIER"]
+
+
+# --- the DAC
+
+
+def test_tim6_and_dma1_play_a_table(rig):
+    """RM0041 section 9.3.7: channel 3 of DMA1."""
+    table = [100, 1000, 4000]
+    for index, word in enumerate(table):
+        rig.machine.bus.write(0x2000_0000 + 2 * index, 2, word)
+    for register, value in (("CNDTR3", 3), ("CPAR3", 0x4000_7408), ("CMAR3", 0x2000_0000), ("CCR3", 0x5B1)):
+        rig.poke(f"DMA1_{register}", value)
+    rig.poke("DAC_CR", 0x1005)
+    seen = []
+    for _ in range(5):
+        rig.poke("TIM6_EGR", 1)
+        rig.advance(20)
+        seen.append(rig.peek("DAC_DOR1"))
+    assert seen == [0, *table, table[0]]
+
+
+@pytest.mark.parametrize(("select", "timer"), [(1, "TIM3"), (3, "TIM15")])
+def test_triggers_of_the_dac(rig, select, timer):
+    rig.poke("DAC_CR", select << 3 | 5)
+    rig.poke("DAC_DHR12R1", 77)
+    rig.poke(f"{timer}_EGR", 1)
+    rig.advance(4)
+    assert rig.peek("DAC_DOR1") == 77
+
+
+def test_underruns_are_said_to_be_missing(rig):
+    assert rig.peek("DAC_SR") == 0
+    rig.poke("DAC_CR", 1 << 13)
+    assert rig.noted("unmodelled") == ["DAC_SR", "DAC_CR"]
+
+
+def test_bits_of_the_usart_that_are_not_modelled_are_noted(rig):
+    rig.poke("USART1_CR1", 1 << 15)
+    rig.poke("USART1_CR3", 1 << 11)
+    assert rig.noted("unmodelled") == ["USART1_CR1", "USART1_CR3"]
+    assert rig.peek("USART1_CR1") == 1 << 15
+
+
+def test_others_have_none_of_it():
+    machine = Machine(Board.from_mapping({"name": "medium", "chip": "STM32F103RB"}), IMAGE)
+    assert not {"TIM15", "TIM6", "DAC", "CEC"} & set(machine.chip.peripherals)
+    assert 0x2C not in machine.chip.rcc.registers
+    assert 0x1C not in machine.chip.afio.registers
