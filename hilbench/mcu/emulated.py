@@ -44,6 +44,8 @@ _LOCKSTEPS_PER_BIT = 4
 
 _LOOK_NS = 10_000_000
 """How often a look is taken at what programs do (choice); a bench with a world has many more rounds than that."""
+_ASLEEP_STEP_NS = 10 * NS_PER_S
+"""It changes nothing but how much is collected (choice)."""
 _LOOKS, _FUNCTIONS_NAMED = 32, 3
 """How many looks at a program that neither waits nor sleeps are kept, and what is reported of them (choice)."""
 
@@ -292,6 +294,10 @@ class EmulatedBench:
     def starting(self, name: str) -> Mapping[str, int]:
         """Return when the oscillators of a board that start at present will be ready, by name, in ns of bench time."""
         return {clock: ceil(ready_s * NS_PER_S) for clock, ready_s in self.machines[name].chip.starting.items()}
+
+    def pass_over_sleep(self) -> None:
+        """Let more time pass at once while all programs sleep; for who looks at nothing but the end."""
+        self._group.asleep_step_ns = _ASLEEP_STEP_NS
 
     def write_journal(self, path: Path, max_bytes: int | None = None) -> None:
         """Write the journal to a file from now on, with what has happened so far; see `Journal` for `max_bytes`.

@@ -42,6 +42,8 @@ class MachineGroup:
 
     Attributes:
         turn_ns: how far one runs before the others follow; it may be changed at any time. Not beyond `step_ns` anyway.
+        asleep_step_ns: how far they run at once where all programs sleep at the beginning of a round, and bench time
+            follows no host; `step_ns` at first. Whoever watches for something between rounds sees it that much later.
         after_round: called after each round, with the bench time that all chips have reached.
         on_ended: called once, at the bench time of it, with name and ending of the first chip that does not run on.
     """
@@ -50,6 +52,7 @@ class MachineGroup:
         self.turn_ns = step_ns
         self.after_round: list[Callable[[int], None]] = []
         self.on_ended: Callable[[str, Ending], None] = lambda _name, _ending: None
+        self.asleep_step_ns = step_ns
         self._bench = bench
         self._scheduler = bench.scheduler
         self._machines = machines
@@ -119,7 +122,8 @@ class MachineGroup:
             return
         now_ns = reached_ns = self._scheduler.now_ns
         self._round_watch = self._scheduler.stopwatch()
-        self._limit_ns = now_ns + self._step_ns
+        far = self.asleep_step_ns > self._step_ns and self._all_asleep()
+        self._limit_ns = now_ns + (self.asleep_step_ns if far else self._step_ns)
         for bound_ns in (self._scheduler.next_ns(), self._scheduler.deadline_ns):
             if bound_ns is not None:
                 self._limit_ns = min(self._limit_ns, max(bound_ns, now_ns + 1))
@@ -130,6 +134,10 @@ class MachineGroup:
                 self._stopped = self._stopped or machine.ended is not None
             reached_ns = min(turn_ns, self._limit_ns)
         self._end_round(max(reached_ns, now_ns))
+
+    def _all_asleep(self) -> bool:
+        """Say whether nothing will happen for long: nobody waits for the host's clock, and all programs sleep."""
+        return not self._scheduler.locked and all(one.asleep is not None for one in self._machines.values())
 
     def _end_round(self, reached_ns: int) -> None:
         if self._stopped:

@@ -83,6 +83,8 @@ def run(
         edges_of_frames=options.edges,
         make_machine=make_machine,
     )
+    if not options.realtime:
+        emulated.pass_over_sleep()
     watch = Stopwatch()
     with contextlib.ExitStack() as open_files:
         open_files.callback(emulated.close)

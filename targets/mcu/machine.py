@@ -369,7 +369,7 @@ class Machine:
         if self._resets and self._resets[-1][0] != cause:
             self._resets.clear()
         self._resets.append((cause, pc))
-        if cause not in ("PIN", "POR", "LPWR") and len(self._resets) >= _RESETS_IN_A_LOOP:
+        if cause not in ("PIN", "POR", "LPWR", "STANDBY") and len(self._resets) >= _RESETS_IN_A_LOOP:
             names = {"IWDG": "the independent watchdog", "WWDG": "the window watchdog", "SFT": "the program itself"}
             self._end("reset-loop", f"{len(self._resets)} resets in a row by {names.get(cause, cause)}", pc)
 

@@ -1,10 +1,10 @@
 """What an STM32F103 has and this model lacks: registers with their reset values; whoever uses them is told.
 
 Values are kept as written. Flags that hardware would set stay clear, but for those whose absence would hang a driver
-before it has begun: the RTC is always synchronised, CAN enters and leaves
-its initialisation and sleep modes at once, on a bus on which nobody else answers.
+before it has begun: CAN enters and leaves its initialisation and sleep modes at once, on a bus on which nobody else
+answers.
 
-Registers: RM0008 sections 18 (RTC), 21 (FSMC), 22 (SDIO), 23 (USB), 24 (bxCAN).
+Registers: RM0008 sections 21 (FSMC), 22 (SDIO), 23 (USB), 24 (bxCAN).
 """
 
 from __future__ import annotations
@@ -15,55 +15,9 @@ from targets.mcu.services import Services
 from targets.mcu.stm32.absent import Absent, Can, registers
 from targets.mcu.stm32f1.densities import MEDIUM, Density
 
-__all__ = ["Rtc", "absent_peripherals"]
+__all__ = ["absent_peripherals"]
 
 HALF = 0xFFFF
-
-
-class Rtc(Absent):
-    """The real-time clock: it stands still. RTOFF is always set; RSF is set again as soon as it was cleared."""
-
-    MISSING = "the counter stands still, no second, no alarm"
-    REGISTERS = (
-        Register("CRH", 0x00, 0, 0x7),
-        Register("CRL", 0x04, 0x20, 0x1F),
-        Register("PRLH", 0x08, 0, 0xF),
-        Register("PRLL", 0x0C, 0x8000, HALF),
-        Register("DIVH", 0x10, 0, 0),
-        Register("DIVL", 0x14, 0x8000, 0),
-        Register("CNTH", 0x18, 0, HALF),
-        Register("CNTL", 0x1C, 0, HALF),
-        Register("ALRH", 0x20, HALF, HALF),
-        Register("ALRL", 0x24, HALF, HALF),
-    )
-
-    def reset(self) -> None:
-        """A reset of the chip reaches CRH and CRL only (RM0008 section 18.3.2)."""
-        self[0x00], self[0x04] = 0, 0x20
-
-    def reset_backup(self) -> None:
-        """A reset of the backup domain clears everything."""
-        super().reset()
-
-    def write_CRL(self, value: int) -> None:
-        """CNF as written; SECF, ALRF and OWF never rise; RSF returns at once."""
-        self[0x04] = 0x20 | (value & 0x10) | 0x08
-
-    def read_PRLH(self) -> int:
-        """Write-only."""
-        return 0
-
-    def read_PRLL(self) -> int:
-        """Write-only."""
-        return 0
-
-    def read_ALRH(self) -> int:
-        """Write-only."""
-        return 0
-
-    def read_ALRL(self) -> int:
-        """Write-only."""
-        return 0
 
 
 class Sdio(Absent):
@@ -144,7 +98,6 @@ class UsbMemory(Peripheral):
 def absent_peripherals(services: Services, density: Density = MEDIUM) -> list[Peripheral]:
     """Return everything of an STM32F103 of a density that is not modelled, at its address (RM0008 table 3)."""
     everything = (
-        Rtc("RTC", 0x4000_2800, services),
         Usb("USB", 0x4000_5C00, services),
         UsbMemory("USB_SRAM", 0x4000_6000, services),
         Can("CAN", 0x4000_6400, services),
@@ -153,4 +106,4 @@ def absent_peripherals(services: Services, density: Density = MEDIUM) -> list[Pe
         Fsmc("FSMC", 0xA000_0000, services),
     )
     gated_by = {"USB_SRAM": "USB"}
-    return [part for part in everything if part.name == "RTC" or gated_by.get(part.name, part.name) in density.gates]
+    return [part for part in everything if gated_by.get(part.name, part.name) in density.gates]

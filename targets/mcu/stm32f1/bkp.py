@@ -26,10 +26,13 @@ class Bkp(Peripheral):
         services: what the chip offers; the pin is its input ``TAMPER``, asked for when TPE is set.
         backup_writable: says whether PWR_CR.DBP opens the backup domain; without it writes are lost.
         density: says how many half-words there are.
+
+    Attributes:
+        on_calibration: called when `rtc_calibration` may have changed.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
-        Register("RTCCR", RTCCR, 0, 0x3FF, 0x3FF, note="the calibration and output of the RTC are not modelled"),
+        Register("RTCCR", RTCCR, 0, 0x3FF, 0x380, note="the outputs of the RTC (CCO, ASOE, ASOS) are not modelled"),
         Register("CR", CR, 0, TPE | TPAL),
         Register("CSR", CSR, 0, CTE | CTI | TPIE),
     )
@@ -40,6 +43,7 @@ class Bkp(Peripheral):
         self._data = DATA[: density.backup_registers]
         super().__init__("BKP", base, services)
         self._writable = backup_writable
+        self.on_calibration: Callable[[], None] = lambda: None
         self._irq = services.irq(TAMPER_IRQ)
         self._tamper = services.input("TAMPER")
 
@@ -63,6 +67,15 @@ class Bkp(Peripheral):
             super().write(offset, value)
         else:
             self.note("misuse", "DR", "a write is lost: PWR_CR.DBP is not set")
+
+    def rtc_calibration(self) -> int:
+        """Return how many of 2^20 pulses of RTCCLK are left out."""
+        return self[RTCCR] & 0x7F
+
+    def write_RTCCR(self, value: int) -> None:
+        """Calibrate the RTC."""
+        self[RTCCR] = value
+        self.on_calibration()
 
     def write_CR(self, value: int) -> None:
         """Enable the pin and choose the level that counts as tampering."""

@@ -27,7 +27,7 @@ from targets.mcu.stm32.tim.kinds import HIGH_DENSITY_KINDS, KINDS, Kind
 from targets.mcu.stm32.tim.value_line_kinds import VALUE_LINE_KINDS
 from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
-from targets.mcu.stm32f1.absent import Rtc, absent_peripherals
+from targets.mcu.stm32f1.absent import absent_peripherals
 from targets.mcu.stm32f1.adc import Adc, SharedIrq
 from targets.mcu.stm32f1.afio import Afio
 from targets.mcu.stm32f1.bkp import Bkp
@@ -44,6 +44,7 @@ from targets.mcu.stm32f1.input_choice import InputChoice
 from targets.mcu.stm32f1.options import OPTIONS_BASE
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
+from targets.mcu.stm32f1.rtc import Rtc
 from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE, diagnose, system_memory
 from targets.mcu.stm32f1.spi import Spi
 from targets.mcu.stm32f1.usart import Uart4, Uart5, Usart, ValueLineUsart
@@ -145,13 +146,13 @@ class Stm32f103(BasicChip):
         self._make_core_parts(board)
         self._memories = self._map(from_ram=straps.boot0 == straps.boot1 == 1)
         self._make_peripherals(board)
-        everything = (self.rcc, self._flash, self.pwr, self.bkp, self.iwdg, self.dbgmcu, *self._others)
+        everything = (self.rcc, self._flash, self.pwr, self.bkp, self.rtc, self.iwdg, self.dbgmcu, *self._others)
         self.peripherals: dict[str, Peripheral] = {peripheral.name: peripheral for peripheral in everything}
         for name, peripheral in self.peripherals.items():
             bus.add(peripheral, ahb=name in AHB_PERIPHERALS)
         for base, size in BRIDGES:
             bus.add_quiet(base, size)
-        self._tie(self.DENSITY.gates, backup=(self.bkp, self._rtc))
+        self._tie(self.DENSITY.gates, backup=(self.bkp, self.rtc))
         self.rcc.on_clock_failure = self._clock_failed
         self._pull_pins(board, straps)
 
@@ -175,6 +176,15 @@ class Stm32f103(BasicChip):
             hsi_on=self.rcc.hsi_on,
         )
         self.bkp = Bkp(0x4000_6C00, services, backup_writable=self.pwr.backup_writable, density=self.DENSITY)
+        self.rtc = Rtc(
+            0x4000_2800,
+            services,
+            rtc_hz=self.rcc.rtc_hz,
+            backup_writable=self.pwr.backup_writable,
+            calibration=self.bkp.rtc_calibration,
+        )
+        self.rcc.on_rtc_clock = self.bkp.on_calibration = self.rtc.clock_changed
+        self.rtc.on_alarm = self.pwr.wake
         self.iwdg = self._make_iwdg(0x4000_3000)
         self.wwdg = Wwdg(0x4000_2C00, services)
         self.dbgmcu = Dbgmcu(0xE004_2000, services, self.DENSITY)
@@ -238,8 +248,6 @@ class Stm32f103(BasicChip):
             for name, (base, irq) in I2CS.items()
             if name in there
         }
-        absent = absent_peripherals(services, self.DENSITY)
-        self._rtc = next(peripheral for peripheral in absent if isinstance(peripheral, Rtc))
         self._others: tuple[Peripheral, ...] = (
             *ports,
             self.afio,
@@ -253,7 +261,7 @@ class Stm32f103(BasicChip):
             *self.adcs.values(),
             *self.spis.values(),
             *self.i2cs.values(),
-            *absent,
+            *absent_peripherals(services, self.DENSITY),
         )
 
     def _make_timers(self) -> list[Timer]:
@@ -298,8 +306,8 @@ class Stm32f103(BasicChip):
         return Boot(table=RAM_BASE, refusal=refusal)
 
     def standby_may_end(self) -> bool:
-        """Say whether WKUP ends Standby."""
-        return self.pwr.wakes_by_pin()
+        """Say whether WKUP or an alarm of the RTC ends Standby."""
+        return self.pwr.wakes_by_pin() or self.rtc.alarm_comes
 
     def diagnose(self, pc: int) -> str | None:
         """Tell of the boot loader that is not there."""

@@ -105,8 +105,12 @@ class Pwr(Peripheral):
         self._in_standby = not self[CSR] & WUF
         return self._in_standby
 
+    def wake(self) -> None:
+        """An alarm of the RTC, or a rise of WKUP: WUF is set, and Standby ends."""
+        self[CSR] |= WUF
+        if self._in_standby:
+            self.services.chip_reset("STANDBY")
+
     def _on_wkup(self, level: bool) -> None:
         if level:
-            self[CSR] |= WUF
-            if self._in_standby:
-                self.services.chip_reset("STANDBY")
+            self.wake()

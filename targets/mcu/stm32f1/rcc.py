@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from fractions import Fraction
 from types import MappingProxyType
@@ -49,6 +49,9 @@ class Rcc(ClassicRcc):
         tree: the clock tree this sets; it is also the chip's `services.clocks`.
         density: says which peripherals have a gate.
         board: see `BasicRcc`.
+
+    Attributes:
+        on_rtc_clock: called when `rtc_hz` may have changed.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
@@ -87,6 +90,7 @@ class Rcc(ClassicRcc):
     ) -> None:
         self.tree = tree
         self._density = density
+        self.on_rtc_clock: Callable[[], None] = lambda: None
         super().__init__(base, services, **board)
 
     def registers_of(self) -> Iterable[Register]:
@@ -114,7 +118,17 @@ class Rcc(ClassicRcc):
             own = (*without_usb, Register("CFGR2", CFGR2, 0, 0xF))
         return sorted((*own, *gates), key=lambda register: register.offset)
 
+    def reset(self) -> None:
+        """Go to the state after a reset of the chip."""
+        super().reset()
+        self.on_rtc_clock()
+
     # --- registers
+
+    def write_BDCR(self, value: int) -> None:
+        """As in every family; the RTC may run on another clock."""
+        super().write_BDCR(value)
+        self.on_rtc_clock()
 
     def write_CFGR(self, value: int) -> None:
         """Prescalers at once; SYSCLK when the source is ready; the PLL only while it is off."""
@@ -173,6 +187,10 @@ class Rcc(ClassicRcc):
         mhz, most = pll_hz(self[CFGR], self.hse_hz, self._prediv()) / 1_000_000, self._density.limits.sysclk
         if not 16 <= mhz <= most:  # DS5319 and DS5944, PLL characteristics
             self.note("misuse", "CFGR.PLLMUL", f"the PLL makes 16 to {most} MHz, not {float(mhz):g} MHz")
+
+    def _on_ready(self, name: str, ready: bool) -> None:
+        super()._on_ready(name, ready)
+        self.on_rtc_clock()
 
     def _rtc_hse_hz(self) -> Fraction:
         return self.hse_hz / 128

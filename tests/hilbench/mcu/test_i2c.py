@@ -116,6 +116,6 @@ def test_an_interface_that_is_not_there(emulated, tmp_path):
     image = image_path("selftest-crc")
     file.write_text(f'version = 1\n[targets.old]\nboard = "bluepill"\nfirmware = "{image}"\n')
     old = EmulatedBench(open_bench(str(file)))
-    with pytest.raises(UsageError, match="those of its chip are not modelled"):
-        boards_under_test(old)["old"].i2c("I2C1")
+    with pytest.raises(UsageError, match="has no I2C interface 'I2C3'; did you mean"):
+        boards_under_test(old)["old"].i2c("I2C3")
     old.close()

@@ -33,6 +33,7 @@ from targets.mcu.stm32f1.gpio import Gpio
 from targets.mcu.stm32f1.i2c import I2c
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
+from targets.mcu.stm32f1.rtc import Rtc
 from targets.mcu.stm32f1.spi import Spi
 from targets.mcu.stm32f1.spi_wire import SpiWire
 from targets.mcu.stm32f1.usart import Usart
@@ -89,6 +90,24 @@ DEFECTS = [
     Defect("AF is not cleared", "i2c", I2c, "write_SR1", "value | ~ERRORS", "-1"),
     Defect("SWRST resets nothing", "i2c", I2c, "write_CR1", "self.reset()", "pass"),
     Defect("PE frees nothing", "i2c", I2c, "write_CR1", "self._break_off()", "pass"),
+    # --- RTC
+    Defect("it counts too slowly", "rtc", Rtc, "_period", "self._prescaler + 1", "self._prescaler + 200"),
+    Defect("DIV stands still", "rtc", Rtc, "_left", "(self._ticks.now() - self._from_tick)", "0"),
+    Defect("DBP is not looked at", "rtc", Rtc, "write", "if not self._writable():", "if False:"),
+    Defect("RTOFF never falls", "rtc", Rtc, "write_CRL", "self[CRL] &= ~RTOFF", "pass"),
+    Defect("RTOFF stays low", "rtc", Rtc, "_written", "self[CRL] |= RTOFF", "pass"),
+    Defect("RSF never rises", "rtc", Rtc, "_synchronised", "self[CRL] |= RSF", "pass"),
+    Defect("no alarm", "rtc", Rtc, "_alarmed", "self._rise(ALRF)", "pass"),
+    Defect("EXTI sees no alarm", "rtc", Rtc, "_alarmed", "self._line.set(True)", "pass"),
+    Defect(
+        "an alarm a second early", "rtc", Rtc, "_plan", "self._alarm - count & WORD", "self._alarm - count - 1 & WORD"
+    ),
+    Defect("no overflow", "rtc", Rtc, "_overflowed", "self._rise(OWF)", "pass"),
+    Defect("SECIE is not looked at", "rtc", Rtc, "_drive", "self[CRL] & self[CRH] & FLAGS", "0"),
+    Defect("a reset clears the counter", "rtc", Rtc, "reset", "self._pending.clear()", "self._clear()"),
+    Defect("CRH survives a reset", "rtc", Rtc, "reset", "self[CRH], self[CRL] = 0, RTOFF", "self[CRL] = RTOFF"),
+    Defect("BDRST is not looked at", "rtc", Rtc, "reset_backup", "self._clear()", "pass"),
+    Defect("ALR can be read", "rtc", Rtc, "read_ALRL", "return 0", "return self._alarm & 0xFFFF"),
     # --- SPI
     Defect("words take half as long", "spi", Spi, "_begin", "<< (control >> 3 & 7)", "<< (control >> 3 & 7) >> 1"),
     Defect("always eight bits", "spi", Spi, "_bits", "16 if self[CR1] & DFF else 8", "8"),

@@ -23,6 +23,7 @@ CHECKS = {
     "nvic": 88,
     "pwr-bkp": 22,
     "rcc": 57,
+    "rtc": 27,
     "spi": 49,
     "systick": 21,
     "tim": 66,

@@ -188,3 +188,28 @@ def test_bench_busy_gets_round(start):
     run = start("bench-busy").record("PA0").to(300)
     assert len(run.edges_ms("PA0")) >= 2
     assert run.machine.ended is None
+
+
+def test_the_clock_is_kept_through_stop_and_standby(start):
+    run = start("style-clock").to(80_000)
+    assert run.sent["USART1"].decode().splitlines() == [
+        "started  2024-02-28 23:59:50",
+        "stopped  2024-02-29 00:00:06",
+        "woken    2024-02-29 00:01:07",
+    ]
+    assert run.resets == ["POR", "STANDBY"]
+    assert not run.misuses
+
+
+def test_a_year_in_standby_is_exact_to_the_second(start):
+    """2024 is a leap year: 366 days after 29 February 2024 it is 1 March 2025, at the same second."""
+    run = start("style-clock").to(70_000)
+    rtc = run.machine.chip.rtc
+    assert run.machine.asleep[0] == "Standby"
+    rtc._alarm = rtc.count_now + 366 * 86_400 - 1
+    rtc._plan()
+    year_ms = 366 * 86_400 * 1000
+    run.to(70_000 + year_ms - 1000)
+    assert run.resets == ["POR"]
+    run.to(70_000 + year_ms + 1000)
+    assert run.sent["USART1"].decode().splitlines()[-1] == "woken    2025-03-01 00:00:57"

@@ -14,12 +14,14 @@ CLOCKS = [
     ("write4", "PWR_CR", 0x100),
 ]
 PARTS = [
-    "ADC1", "ADC2", "AFIO", "BKP", "CRC", "DBGMCU", "DMA1", "EXTI", "FLASH", "GPIOA", "GPIOB", "GPIOC", "GPIOD", "GPIOE",
-    "I2C1", "I2C2", "IWDG", "NVIC", "PWR", "RCC", "SCB", "SPI1", "SPI2", "STK", "TIM1", "TIM2", "TIM3", "TIM4", "USART1", "USART2", "USART3",
+    "ADC1", "ADC2", "AFIO", "BKP", "CRC", "DBGMCU", "DMA1", "EXTI", "FLASH", "GPIOA", "GPIOB", "GPIOC", "GPIOD",
+    "GPIOE",
+    "I2C1", "I2C2", "IWDG", "NVIC", "PWR", "RCC", "RTC", "SCB", "SPI1", "SPI2", "STK", "TIM1", "TIM2", "TIM3", "TIM4",
+    "USART1", "USART2", "USART3",
     "WWDG",
 ]  # fmt: skip
 THEY_HAVE_NOT = ["DWT", "FPB", "ITM", "ROM", "TPIU"]
-ABSENT = ["CAN", "RTC", "USB", "USB_SRAM"]
+ABSENT = ["CAN", "USB", "USB_SRAM"]
 
 HELD = [
     "RCC_CR", "RCC_CFGR", "RCC_BDCR", "RCC_CSR", "RCC_AHBENR", "RCC_APB2ENR", "RCC_APB1ENR", "PWR_CR",

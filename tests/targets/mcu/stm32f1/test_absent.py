@@ -13,11 +13,10 @@ from targets.mcu.testing import FakeChip, peek, poke
 
 # Registers whose reset value is not 0, by the kind of peripheral; RM0008.
 RESET_VALUES = {
-    "RTC": {"CRL": 0x20},  # the others that are not 0 are write-only, or DIVL
     "CAN": {"MCR": 0x0001_0002, "MSR": 0xC02, "TSR": 0x1C00_0000, "BTR": 0x0123_0000, "FMR": 0x2A1C_0E01},
     "USB": {"CNTR": 3},
 }
-COUNTS = {"RTC": 10, "CAN": 8 + 12 + 8 + 5 + 28, "USB": 13}
+COUNTS = {"CAN": 8 + 12 + 8 + 5 + 28, "USB": 13}
 
 
 @pytest.fixture
@@ -32,7 +31,6 @@ def parts(chip):
 
 def test_everything_is_there(parts):
     assert {name: part.base for name, part in parts.items()} == {
-        "RTC": 0x4000_2800,
         "USB": 0x4000_5C00,
         "USB_SRAM": 0x4000_6000,
         "CAN": 0x4000_6400,
@@ -48,8 +46,6 @@ def test_reset_values_and_fidelity_of_every_register(parts):
         assert all(register.fidelity is Fidelity.ABSENT and register.note for register in registers)
         values = {register.name: peek(part, register.name) for register in registers}
         expected = dict.fromkeys(values, 0) | RESET_VALUES[name]
-        if name == "RTC":
-            expected["DIVL"] = 0x8000
         assert values == expected, name
 
 
@@ -57,19 +53,8 @@ def test_the_first_touch_of_a_register_is_noted(chip, parts):
     peek(parts["CAN"], "MSR")
     peek(parts["CAN"], "MSR")
     poke(parts["CAN"], "BTR", 1)
-    peek(parts["RTC"], "PRLL")
     poke(parts["USB"], "EP0R", 0)
-    assert chip.noted("unmodelled") == ["CAN_MSR", "CAN_BTR", "RTC_PRLL", "USB_EP0R"]
-
-
-def test_the_rtc_is_always_synchronised_and_ready(parts):
-    poke(parts["RTC"], "CRL", 0x10)
-    assert peek(parts["RTC"], "CRL") == 0x38
-    poke(parts["RTC"], "CNTL", 0x1234)
-    parts["RTC"].reset()
-    assert peek(parts["RTC"], "CNTL") == 0x1234
-    parts["RTC"].reset_backup()
-    assert peek(parts["RTC"], "CNTL") == 0
+    assert chip.noted("unmodelled") == ["CAN_MSR", "CAN_BTR", "USB_EP0R"]
 
 
 def test_can_enters_and_leaves_its_modes_at_once(parts):

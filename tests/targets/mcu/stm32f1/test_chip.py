@@ -47,10 +47,16 @@ def open_backup_domain(chip):
 
 
 def test_a_reset_of_the_backup_domain_reaches_the_rtc_and_the_backup_registers(chip):
-    rtc = chip.peripherals["RTC"]
+    rtc, time = chip.peripherals["RTC"], chip.services.time
     open_backup_domain(chip)
+    poke(chip.rcc, "CSR", 1)
+    time.run_due(time.now + 1_000_000)
+    poke(chip.rcc, "BDCR", 0x8200)  # RTCEN on LSI
     poke(chip.bkp, "DR1", 0x1234)
+    poke(rtc, "CRL", 0x10)
     poke(rtc, "CNTL", 0x5678)
+    poke(rtc, "CRL", 0)
+    time.run_due(time.now + 1_000_000)
     chip.reset("SFT")
     assert (peek(chip.bkp, "DR1"), peek(rtc, "CNTL")) == (0x1234, 0x5678)
     open_backup_domain(chip)

@@ -245,6 +245,7 @@ _OWN: dict[str, Scenario] = {
                 *sends("USART3", _TEXT, baud=115_200, at_ns=10 * MS + 1),
             ),
         ),
+        Scenario(image="style-clock", span_ns=80_000 * MS),
         Scenario(
             image="style-analog",
             span_ns=70 * MS,
