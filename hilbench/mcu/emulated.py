@@ -44,8 +44,8 @@ _LOCKSTEPS_PER_BIT = 4
 
 _LOOK_NS = 10_000_000
 """How often a look is taken at what programs do (choice); a bench with a world has many more rounds than that."""
-_ASLEEP_STEP_NS = 10 * NS_PER_S
-"""It changes nothing but how much is collected (choice)."""
+_ASLEEP_STEP_NS = NS_PER_S // 10
+"""It changes nothing but how much is collected; pins are looked at as often anyway, see `pin_log` (choice)."""
 _LOOKS, _FUNCTIONS_NAMED = 32, 3
 """How many looks at a program that neither waits nor sleeps are kept, and what is reported of them (choice)."""
 

@@ -128,7 +128,7 @@ class MachineGroup:
             if bound_ns is not None:
                 self._limit_ns = min(self._limit_ns, max(bound_ns, now_ns + 1))
         while reached_ns < self._limit_ns and not self._stopped:
-            turn_ns = reached_ns + self.turn_ns
+            turn_ns = reached_ns + self.turn_ns if len(self._machines) > 1 else self._limit_ns
             for machine in self._machines.values():
                 machine.run_to(min(turn_ns, self._limit_ns))
                 self._stopped = self._stopped or machine.ended is not None
