@@ -1,8 +1,9 @@
 """The wires of an SPI interface while it is a master: SCK and MOSI as a word goes out, and what is found on MISO.
 
 Where nobody can react to an edge of SCK or MOSI, a word is one event at its end; edges that are recorded are told then,
-and what no slave of the bus has said is the level of the pin at that moment. Otherwise each edge happens at its cycle
-and each bit is sampled from its pin, so that wires to other pins, to other boards or back to the chip work.
+or when somebody looks, and what no slave of the bus has said is the level of the pin at that end. Otherwise each edge
+happens at its cycle and each bit is sampled from its pin, so that wires to other pins, to other boards or back to the
+chip work.
 
 A clock is two halves. MOSI changes with the first one; SCK leaves its idle level with the second, or with the first one
 if CPHA is set; what comes in is sampled at the second (RM0008 figure 240).
@@ -15,6 +16,7 @@ from dataclasses import dataclass
 
 from targets.mcu.services import InputSignal, OutputSignal, Services, Watch
 from targets.mcu.spi_bus import SpiBus
+from targets.mcu.timebase import Event
 
 __all__ = ["SpiWire", "Word"]
 
@@ -62,17 +64,24 @@ class SpiWire:
         self._bus = bus
         self._cpol = False
         self._mosi_level: bool | None = None
+        self._under_way: _UnderWay | None = None
+        for signal in (self._sck, self._mosi):
+            signal.on_watch = self._watched
 
     def idle(self, cpol: bool) -> None:
         """Be a master that waits: SCK stands at its idle level, MOSI where it was, low at first (choice)."""
         self._cpol = cpol
-        self._sck.set(cpol)
+        if self._under_way is None:
+            self._sck.set(cpol)
         if self._mosi_level is None:
             self._mosi.set(False)
             self._mosi_level = False
+        self._sck.refresh = self._mosi.refresh = self._tell
 
     def release(self) -> None:
-        """Drive nothing."""
+        """Drive nothing; what is under way ends unseen."""
+        self._tell()
+        self._sck.refresh = self._mosi.refresh = None
         self._sck.set(None)
         self._mosi.set(None)
         self._mosi_level = None
@@ -82,49 +91,83 @@ class SpiWire:
         if not word.drives and word.one_wire:
             self._mosi.set(None)
             self._mosi_level = None
+        self._under_way = _UnderWay(word, self._time.now, done)
+        self._go_on()
+
+    def _go_on(self) -> None:
+        """Wait for the next half of a clock where somebody may react to it, else for the end of the word."""
+        going = self._under_way
+        assert going is not None
         if Watch.LIVE in (self._sck.watch(), self._mosi.watch()):
-            self._half(word, 0, 0, done)
+            self._half()
         else:
-            begin = self._time.now
-            self._time.after(2 * word.count * word.half_cycles, lambda: self._at_once(word, begin, done))
+            going.event = self._time.at(going.cycle(going.halves), self._end)
+
+    def _watched(self) -> None:
+        """Somebody has begun or ended to look at the pins."""
+        going = self._under_way
+        if going is None:
+            return
+        self._tell()
+        self._time.cancel(going.event)
+        live = Watch.LIVE in (self._sck.watch(), self._mosi.watch())
+        if live:
+            going.sample(self._level(going.word))
+        next_half = going.told if live else going.halves
+        going.event = self._time.at(max(going.cycle(next_half), self._time.now), self._half if live else self._end)
 
     # --- edge by edge
 
-    def _half(self, word: Word, half: int, sampled: int, done: Callable[[int], None]) -> None:
-        if half == 2 * word.count:
-            self._sck.set(self._cpol)
-            done(self._came_in(word, sampled))
+    def _half(self) -> None:
+        going = self._under_way
+        assert going is not None
+        if going.told >= going.halves:
+            self._end()
             return
+        self._tell_half(going)
+        going.sample(self._level(going.word))
+        following = self._half if Watch.LIVE in (self._sck.watch(), self._mosi.watch()) else self._end
+        next_half = going.told if following == self._half else going.halves
+        going.event = self._time.at(going.cycle(next_half), following)
+
+    def _tell(self) -> None:
+        """Bring levels and record of the pins up to the present cycle."""
+        going = self._under_way
+        if going is None:
+            return
+        now = self._time.now
+        while going.told < going.halves and going.cycle(going.told) <= now:
+            self._tell_half(going)
+
+    def _tell_half(self, going: _UnderWay) -> None:
+        word, half = going.word, going.told
+        cycle = going.cycle(half)
+        going.told += 1
         if not half & 1 and word.drives:
-            self._mosi.set(word.bit(half))
+            _put(self._mosi, cycle, word.bit(half))
             self._mosi_level = word.bit(half)
-        self._sck.set(self._sck_level(word, half))
-        if half & 1:
-            sampled = sampled << 1 | (self._back if word.one_wire else self._miso).level()
-        self._time.after(word.half_cycles, lambda: self._half(word, half + 1, sampled, done))
+        _put(self._sck, cycle, self._cpol is not (bool(half & 1) is not word.cpha))
 
-    def _sck_level(self, word: Word, half: int) -> bool:
-        return self._cpol is not (bool(half & 1) is not word.cpha)
+    # --- its end
 
-    # --- at once
-
-    def _at_once(self, word: Word, begin: int, done: Callable[[int], None]) -> None:
-        if Watch.RECORD in (self._sck.watch(), self._mosi.watch()):
-            self._record(word, begin)
+    def _end(self) -> None:
+        going = self._under_way
+        assert going is not None
+        word = going.word
+        if going.told or Watch.RECORD in (self._sck.watch(), self._mosi.watch()):
+            self._tell()
         elif word.drives:
             self._mosi.set(bool(word.bits & 1))
-        if word.drives:
             self._mosi_level = bool(word.bits & 1)
-        level = (self._back if word.one_wire else self._miso).level()
-        done(self._came_in(word, (1 << word.count) - 1 if level else 0))
+        self._under_way = None
+        if self._sck.refresh is not None:
+            self._sck.set(self._cpol)
+        going.told = going.halves
+        going.sample(self._level(word))
+        going.done(self._came_in(word, going.sampled))
 
-    def _record(self, word: Word, begin: int) -> None:
-        for half in range(2 * word.count):
-            cycle = begin + half * word.half_cycles
-            if not half & 1 and word.drives:
-                _tell(self._mosi, cycle, word.bit(half))
-            _tell(self._sck, cycle, self._sck_level(word, half))
-        self._sck.set(self._cpol)
+    def _level(self, word: Word) -> bool:
+        return (self._back if word.one_wire else self._miso).level()
 
     def _came_in(self, word: Word, at_pin: int) -> int:
         """Return the bits of the word that has ended: those of a slave, or what stood at the pin."""
@@ -134,6 +177,42 @@ class SpiWire:
         return at_pin if answer is None else answer
 
 
-def _tell(signal: OutputSignal, cycle: int, level: bool) -> None:
+class _UnderWay:
+    """A word on the wires.
+
+    Attributes:
+        word: what it is.
+        done: called at its end.
+        halves: of clocks that it takes.
+        told: so many of them the pins know of.
+        sampled: the bits that stood at the pin, of those halves at which it was looked at.
+        event: the next one.
+    """
+
+    __slots__ = ("_begin", "_looked", "done", "event", "halves", "sampled", "told", "word")
+
+    def __init__(self, word: Word, begin: int, done: Callable[[int], None]) -> None:
+        self.word = word
+        self.done = done
+        self.halves = 2 * word.count
+        self.told = self.sampled = self._looked = 0
+        self.event: Event | None = None
+        self._begin = begin
+
+    def sample(self, level: bool) -> None:
+        """Take what stands at the pin for all bits that were not looked at yet, of the halves that were told."""
+        bits = self.told // 2
+        for _ in range(self._looked, bits):
+            self.sampled = self.sampled << 1 | level
+        self._looked = bits
+
+    def cycle(self, half: int) -> int:
+        """Return the cycle at which a half begins."""
+        return self._begin + half * self.word.half_cycles
+
+
+def _put(signal: OutputSignal, cycle: int, level: bool) -> None:
     if signal.watch() is Watch.RECORD:
         signal.set_at(cycle, level)
+    else:
+        signal.set(level)
