@@ -333,9 +333,10 @@ def parts_page() -> str:
         "In a bench file, `[parts.NAME]` with `kind`; `pins` joins terminals to pins (`brain.PB7`), other parts' "
         "terminals, `3v3` or `gnd`; `signals` joins quantities to those of the world (`world.ray_1`, see "
         "[vehicles.md](vehicles.md)) or to what another part gives (`driver.out_a`); `buses` joins an I2C slave to an "
-        "interface of a board (`brain.I2C1`), `[[links]]` a serial end to a USART (`brain.usart2`) or to a robot; "
-        "`settings` changes what the tables have. Quirks of the originals are settings, each with the source that "
-        "has it. *One step late* marks feedback: what the other part gave for the physics step before. How "
+        "interface of a board (`brain.I2C1`) or to two pins, where the program may move them by itself too "
+        '(`{ scl = "brain.PB6", sda = "brain.PB7" }`), `[[links]]` a serial end to a USART (`brain.usart2`) or to a '
+        "robot; `settings` changes what the tables have. Quirks of the originals are settings, each with the source "
+        "that has it. *One step late* marks feedback: what the other part gave for the physics step before. How "
         "the two sensors work: [sensors.md](sensors.md).\n\n"
         + "\n".join(_part(kind, part_class(kind)) for kind in PARTS)
     )

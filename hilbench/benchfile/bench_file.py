@@ -60,7 +60,7 @@ class Link:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _End:
-    """What two words name, with a dot between them."""
+    """What words name, with dots between them."""
 
     def __str__(self) -> str:
         return ".".join(astuple(self))
@@ -117,6 +117,15 @@ class BusEnd(_End):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class BusPins(_End):
+    """The wires of an I2C bus at a board: the board's name in the bench, and the two port pins."""
+
+    board: str
+    scl: str
+    sda: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PartPlan:
     """A part.
 
@@ -132,7 +141,7 @@ class PartPlan:
     settings: Any
     signals: Mapping[str, str] = field(default_factory=dict)
     sources: Mapping[str, QuantityEnd] = field(default_factory=dict)
-    buses: Mapping[str, BusEnd] = field(default_factory=dict)
+    buses: Mapping[str, BusEnd | BusPins] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -72,6 +72,18 @@ class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     programs: dict[str, str] = {}
 
 
+class BusPinsEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The two wires of an I2C bus at pins that the program moves bit by bit, or that any I2C interface may carry.
+
+    Attributes:
+        scl: the clock, ``NAME.PIN`` of a board.
+        sda: the data, likewise, of the same board.
+    """
+
+    scl: str
+    sda: str
+
+
 class PartEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A part between boards and the world, or between a board and a robot.
 
@@ -79,14 +91,15 @@ class PartEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         kind: what it is, such as ``distance-switch``, ``encoder-3bit``, ``motor-code``, ``gamepad``.
         pins: what its terminals are wired to, by their names: ``NAME.PIN`` of a board, ``3v3`` or ``gnd``.
         signals: what its quantities are, by their names: ``world.SIGNAL``, or ``NAME.QUANTITY`` of another part.
-        buses: the I2C and SPI buses that it is soldered to, by its names for its ends: ``NAME.I2C1`` of a board.
+        buses: the I2C and SPI buses that it is soldered to, by its names for its ends: ``NAME.I2C1`` of a board, or
+            for I2C two pins.
         settings: what differs from a standard part, by the names that its kind has for it.
     """
 
     kind: str
     pins: dict[str, str] = {}
     signals: dict[str, str] = {}
-    buses: dict[str, str] = {}
+    buses: dict[str, str | BusPinsEntry] = {}
     settings: dict[str, Any] = {}
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
-from hilbench.benchfile.bench_file import BusEnd, EmulatedBoard
-from hilbench.benchfile.bench_model import PartEntry
+from hilbench.benchfile.bench_file import BusEnd, BusPins, EmulatedBoard, PinEnd
+from hilbench.benchfile.bench_model import BusPinsEntry, PartEntry
 from hilbench.nearest import did_you_mean
 from hilbench.strict import Path, Strict
 from targets.parts import Part
@@ -20,14 +20,22 @@ class BusReader:
         boards: its boards.
         kinds: the class of each part.
         strict: says where in the file something stands.
+        pin: finds a pin of a board.
     """
 
-    def __init__(self, boards: Mapping[str, EmulatedBoard], kinds: Mapping[str, type[Part]], strict: Strict) -> None:
+    def __init__(
+        self,
+        boards: Mapping[str, EmulatedBoard],
+        kinds: Mapping[str, type[Part]],
+        strict: Strict,
+        pin: Callable[[Path, str], PinEnd],
+    ) -> None:
         self._boards = boards
         self._kinds = kinds
         self._strict = strict
+        self._pin = pin
 
-    def read(self, name: str, entry: PartEntry) -> dict[str, BusEnd]:
+    def read(self, name: str, entry: PartEntry) -> dict[str, BusEnd | BusPins]:
         """Return the buses of a part, by its own names for them.
 
         Raises:
@@ -45,7 +53,19 @@ class BusReader:
                 example = next(iter(self._interfaces(which)), f"BOARD.{which}1")
                 hint = f'add buses = {{ {key} = "{example}" }}'
                 raise self._strict.error(f"'{name}': its bus '{key}' leads nowhere", ("parts", name), hint)
-        return {key: self._end(("parts", name, "buses", key), text, known[key]) for key, text in entry.buses.items()}
+        return {key: self._bus(("parts", name, "buses", key), bus, known[key]) for key, bus in entry.buses.items()}
+
+    def _bus(self, path: Path, bus: str | BusPinsEntry, which: str) -> BusEnd | BusPins:
+        if isinstance(bus, str):
+            return self._end(path, bus, which)
+        if which != "I2C":
+            hint = f"name an interface, such as {next(iter(self._interfaces(which)), f'BOARD.{which}1')}"
+            raise self._strict.error("only an I2C bus can be at pins that the program moves", path, hint)
+        scl, sda = self._pin((*path, "scl"), bus.scl), self._pin((*path, "sda"), bus.sda)
+        if scl.board != sda.board or scl == sda:
+            message = f"{scl} and {sda} are not two pins of one board"
+            raise self._strict.error(message, path, "a bus has both wires at one board")
+        return BusPins(board=scl.board, scl=scl.pin, sda=sda.pin)
 
     def _of(self, board: str, which: str) -> tuple[str, ...]:
         variant = self._boards[board].board.variant

@@ -43,7 +43,7 @@ class WiringReader:
         self._strict = strict
         self._kinds: dict[str, type[Part]] = {name: self._kind(name, entry) for name, entry in model.parts.items()}
         self._quantities = QuantityReader(model, self._kinds, vehicle, strict)
-        self._buses = BusReader(boards, self._kinds, strict)
+        self._buses = BusReader(boards, self._kinds, strict, self._board_pin)
         self._where: dict[End, Path] = {}
 
     # --- parts
@@ -144,6 +144,13 @@ class WiringReader:
             hint = did_you_mean(end, known, "write one as")
             raise self._strict.error(f"'{end}' is not a pin of a board, a terminal of a part, 3v3 or gnd", path, hint)
         return self._at(path, self._pin(path, name, pin))
+
+    def _board_pin(self, path: Path, text: str) -> PinEnd:
+        name, _, pin = text.partition(".")
+        if name not in self._boards:
+            hint = did_you_mean(text, [f"{name}.PIN" for name in self._boards], "write one as")
+            raise self._strict.error(f"'{text}' is not a pin of a board", path, hint)
+        return self._pin(path, name, pin)
 
     def _pin(self, path: Path, name: str, pin: str) -> PinEnd:
         board = self._boards[name].board

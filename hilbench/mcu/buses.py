@@ -8,16 +8,19 @@ After each call the part is asked anew when it is due next, and no chip runs bey
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
 from hilbench.bench import Bench
-from hilbench.benchfile.bench_file import BusEnd, PartPlan
+from hilbench.benchfile.bench_file import BusEnd, BusPins, PartPlan
 from hilbench.mcu.group import MachineGroup
 from hilbench.mcu.parts import Parts
 from hilbench.mcu.seams import Machine
-from targets.mcu.i2c_bus import I2cSlave, I2cTransaction
+from targets.mcu.i2c_bus import I2cBus, I2cSlave, I2cTransaction
+from targets.mcu.i2c_pins import I2cPins
+from targets.mcu.signals import Signals
 from targets.mcu.spi_bus import SpiSlave
+from targets.parts import Part
 
 __all__ = ["Buses"]
 
@@ -64,6 +67,18 @@ class _I2cAhead:
             self._slave.end(now_ns)
 
 
+class _AtPins:
+    """A slave of an I2C interface, for as long as that one's signals are at the pins that the slave is soldered to."""
+
+    def __init__(self, slave: I2cSlave, here: Callable[[], bool]) -> None:
+        self._slave = slave
+        self._here = here
+        self.write, self.read, self.end = slave.write, slave.read, slave.end
+
+    def address(self, address: int, read: bool, now_ns: int) -> bool:
+        return self._here() and self._slave.address(address, read, now_ns)
+
+
 class _SpiAhead:
     """What a part has at an SPI bus."""
 
@@ -102,18 +117,45 @@ class Buses:
     ) -> None:
         self._bench = bench
         self._group = group
+        self._machines = machines
+        self._followed: dict[BusEnd | BusPins, I2cPins] = {}
         for board, machine in machines.items():
             for interface, i2c in machine.chip.i2cs.items():
                 i2c.bus.taps.append(partial(self._ended, str(BusEnd(board=board, interface=interface)).lower()))
         for name, plan in plans.items():
             for key, end in plan.buses.items():
-                part, chip, calls = parts.by_name[name], machines[end.board].chip, _Calls(parts, group, name)
-                if key in part.SPI_BUSES:
-                    chip.spis[end.interface].bus.attach(_SpiAhead(calls, part.spi_slave(key)))
-                else:
-                    chip.i2cs[end.interface].bus.attach(_I2cAhead(calls, part.slave(key)))
+                self._solder(parts.by_name[name], key, end, _Calls(parts, group, name))
+
+    def _solder(self, part: Part, key: str, end: BusEnd | BusPins, calls: _Calls) -> None:
+        chip = self._machines[end.board].chip
+        if isinstance(end, BusPins):
+            self._solder_to_pins(end, _I2cAhead(calls, part.slave(key)))
+        elif key in part.SPI_BUSES:
+            chip.spis[end.interface].bus.attach(_SpiAhead(calls, part.spi_slave(key)))
+        else:
+            bus = chip.i2cs[end.interface].bus
+            bus.attach(_I2cAhead(calls, part.slave(key)))
+            if end not in self._followed:
+                self._followed[end] = I2cPins(bus)
+                self._followed[end].follow(*(chip.signals.input(f"{end.interface}_{wire}") for wire in ("SCL", "SDA")))
+
+    def _solder_to_pins(self, end: BusPins, slave: I2cSlave) -> None:
+        chip = self._machines[end.board].chip
+        if end not in self._followed:
+            bus = I2cBus()
+            bus.taps.append(partial(self._ended, str(end).lower()))
+            self._followed[end] = I2cPins(bus)
+            self._followed[end].put_at(chip.pins[end.scl], chip.pins[end.sda])
+        self._followed[end].bus.attach(slave)
+        for interface, i2c in chip.i2cs.items():
+            i2c.bus.attach(_AtPins(slave, partial(_carry, chip.signals, interface, end)))
 
     def _ended(self, source: str, transaction: I2cTransaction) -> None:
         self._group.output(
             transaction.end_ns, partial(self._bench.record_event, source, transaction), source=source, reacts=False
         )
+
+
+def _carry(signals: Signals, interface: str, pins: BusPins) -> bool:
+    """Say whether the signals of an interface are at these pins."""
+    return (signals.route_of(f"{interface}_SCL"), signals.route_of(f"{interface}_SDA")) == (pins.scl, pins.sda)

@@ -1,6 +1,7 @@
 """An I2C bus between one master in a chip and the slaves outside: conditions and bytes, each at its own bench time.
 
-Levels of SCL and SDA are not modelled. The master owns the timing; it calls the bus at the moments at which something
+Levels of SCL and SDA are not modelled here; for a program that moves them itself see `targets.mcu.i2c_pins`. The master
+owns the timing; it calls the bus at the moments at which something
 is decided, and the bus passes that on to the slaves (I2C-bus specification UM10204 section 3.1):
 
 * START and STOP when SDA moves;
@@ -20,6 +21,7 @@ from typing import Protocol
 
 __all__ = ["I2cBus", "I2cMessage", "I2cSlave", "I2cTransaction"]
 
+BYTE_BITS = 8
 RELEASED = 0xFF
 """What is read while nobody pulls SDA low."""
 
@@ -108,15 +110,21 @@ class I2cBus:
         taps: called with every transaction, at its end.
         deaf: addresses that nobody acknowledges any more, whoever has them: a broken wire, a slave without supply.
         stretch_ns: by address, how long its slave holds SCL low after each byte of its messages.
-        on_stuck: called when `stick` or `unstick` have changed something; the master's.
+        on_stuck: called after each change of `stuck`.
+        clocked_by_pins: whether a program can clock a slave by its pins that was left in the middle of a byte. Where
+            that is impossible no slave is left like that: it could never be freed.
+        left: the byte that a slave was sending when the master let go, and which clock of it, 1 to 8, that was.
     """
 
     def __init__(self) -> None:
         self.taps: list[Callable[[I2cTransaction], None]] = []
         self.deaf: set[int] = set()
         self.stretch_ns: dict[int, int] = {}
-        self.on_stuck: Callable[[], None] = lambda: None
+        self.on_stuck: list[Callable[[], None]] = []
+        self.clocked_by_pins = False
+        self.left: tuple[int, int] | None = None
         self._stuck = False
+        self._pulled = False
         self._slaves: list[I2cSlave] = []
         self._addressed: list[I2cSlave] = []
         self._messages: list[_Message] = []
@@ -129,34 +137,43 @@ class I2cBus:
 
     def stick(self) -> None:
         """Hold SDA low from now on, as a slave does that has lost count of the clocks."""
-        self._set_stuck(True)
+        self._set_low(stuck=True)
 
     def unstick(self) -> None:
         """Let go of SDA."""
-        self._set_stuck(False)
+        self._set_low(stuck=False)
+
+    def pull(self, low: bool) -> None:
+        """Have a slave pull SDA low until it is clocked on, or let go of it; it goes on from where it was `left`."""
+        self._set_low(pulled=low)
 
     @property
     def stuck(self) -> bool:
-        """Whether something holds SDA low for good."""
-        return self._stuck
+        """Whether something holds SDA low."""
+        return self._stuck or self._pulled
 
-    def _set_stuck(self, stuck: bool) -> None:
-        if stuck is not self._stuck:
-            self._stuck = stuck
-            self.on_stuck()
+    def _set_low(self, *, stuck: bool | None = None, pulled: bool | None = None) -> None:
+        before = self.stuck
+        self._stuck = self._stuck if stuck is None else stuck
+        self._pulled = self._pulled if pulled is None else pulled
+        if self.stuck is not before:
+            for changed in tuple(self.on_stuck):
+                changed()
 
     # --- for the master
 
     @property
     def stretched_ns(self) -> int:
         """How long the slave that is addressed holds SCL low after the byte that has just ended."""
-        if not self._addressed or self._messages[-1].address is None:
+        if not self._addressed or not self._messages or self._messages[-1].address is None:
             return 0
         return self.stretch_ns.get(self._messages[-1].address, 0)
 
     def start(self, now_ns: int) -> None:
         """A START, or a repeated one."""
         self._end_message(now_ns)
+        self.left = None
+        self.pull(False)
         self._messages.append(_Message(now_ns))
 
     def address(self, address: int, read: bool, now_ns: int) -> bool:
@@ -183,16 +200,29 @@ class I2cBus:
             byte &= slave.read(now_ns)
         if self._stuck:
             byte = 0
-        self._messages[-1].data.append(byte)
+        if self._messages:
+            self._messages[-1].data.append(byte)
         return byte
 
     def stop(self, now_ns: int) -> None:
         """A STOP."""
         self._end_message(now_ns)
+        self.left = None
+        self.pull(False)
         self._finish(now_ns, complete=True)
 
-    def release(self, now_ns: int) -> None:
-        """The master lets go of the bus in the middle; slaves learn of it at the next START, as UM10204 has it."""
+    def release(self, now_ns: int, clock: int = 0) -> None:
+        """The master lets go of the bus in the middle; slaves learn of it at the next START, as UM10204 has it.
+
+        Args:
+            now_ns: the present.
+            clock: of the byte that is being read, 1 to 8. A slave goes on with its bit until somebody clocks it; 0 for
+                none, as between two bytes (choice: its first bit is not on SDA then).
+        """
+        if clock and self._addressed and self.clocked_by_pins:
+            byte = self._messages[-1].data[-1]
+            self.left = byte, clock
+            self.pull(not byte >> BYTE_BITS - clock & 1)
         self._finish(now_ns, complete=False)
 
     def _end_message(self, now_ns: int) -> None:

@@ -7,6 +7,8 @@ exists until all have reached it.
 
 from __future__ import annotations
 
+from collections.abc import Hashable
+
 from targets.mcu.errors import BoardError
 from targets.mcu.pins import AnySource, Pin, Source
 
@@ -36,7 +38,7 @@ class Net:
             self.spread(pin, "chip", chip)
             self.spread(pin, "outside", outside)
 
-    def spread(self, origin: Pin, kind: str, source: AnySource | None) -> None:
+    def spread(self, origin: Pin, kind: Hashable, source: AnySource | None) -> None:
         """Let the other ends see what `origin` contributes from the present cycle of its chip on."""
         key = (self.name, origin.chip, origin.name, kind)
         ns = origin.now_ns()

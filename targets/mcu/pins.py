@@ -405,6 +405,12 @@ class Pin:
         self._leave_alone()
         self.update()
 
+    def put(self, key: Hashable, source: AnySource | None) -> None:
+        """Put a source outside as `set_source` does, and have the other ends of the wires here see it."""
+        self.set_source(key, source)
+        for net in self.nets:
+            net.spread(self, key, source)
+
     @property
     def chip(self) -> Pins:
         """The pins of the chip that this one belongs to."""
@@ -494,9 +500,7 @@ class Pin:
         if not self.bonded:
             raise BoardError(f"{self.name} is not bonded in this package", hint="use a pin that the package has")
         self._outside = source
-        self.set_source("outside", source)
-        for net in self.nets:
-            net.spread(self, "outside", source)
+        self.put("outside", source)
 
     def _reconfigured(self) -> None:
         self.alternate = self._claim is None and self._mode in _ALTERNATE

@@ -118,7 +118,7 @@ class I2c(Peripheral):
     ) -> None:
         super().__init__(name, base, services)
         self.bus = I2cBus()
-        self.bus.on_stuck = self._stuck_changed
+        self.bus.on_stuck.append(self._stuck_changed)
         self._kernel_hz = kernel_hz
         self._pins = (services.output(f"{name}_SCL"), services.output(f"{name}_SDA"))
         self._irq_event, self._irq_error = services.irq(irq_event), services.irq(irq_error)

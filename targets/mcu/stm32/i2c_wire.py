@@ -64,6 +64,7 @@ class Wire:
         self._chain: Fraction | int | None = None
         self._low_until: Fraction | int = 0
         self._free_from: Fraction | int = 0
+        self._reads = False  # a byte comes in
 
     @property
     def busy(self) -> bool:
@@ -117,12 +118,14 @@ class Wire:
         """Do not go on with what is under way; SCL stays low."""
         self._time.cancel(self._event)
         self._action = None
+        self._reads = False
 
     def release(self) -> None:
         """Let go of both lines, whatever is under way."""
+        clock = self._clock_of_byte() if self.busy else 0
         self.cancel()
         self._low_until = 0
-        self._let_go()
+        self._let_go(clock)
 
     # --- clock
 
@@ -217,9 +220,11 @@ class Wire:
 
     def _receive(self, timing: Timing) -> None:
         byte = self._bus.read(self._now_ns())
+        self._reads = True
         self._after(8 * timing.bit, partial(self._byte_in, byte))
 
     def _byte_in(self, byte: int) -> None:
+        self._reads = False
         self._draw(byte, 8)
         self.on_byte(byte)
 
@@ -245,7 +250,13 @@ class Wire:
         self._let_go()
         self.on_lost()
 
-    def _let_go(self) -> None:
+    def _clock_of_byte(self) -> int:
+        """Return which clock of a byte that comes in it is, 1 to 8; 0 if none does."""
+        if not self._reads or self.timing is None:
+            return 0
+        return 1 + min(int((self._present() - self._begun) / (self.timing.bit * self.timing.cycles)), 7)
+
+    def _let_go(self, clock: int = 0) -> None:
         if self.levels is not None:
             self.levels.release(self._present())
-        self._bus.release(self._now_ns())
+        self._bus.release(self._now_ns(), clock)

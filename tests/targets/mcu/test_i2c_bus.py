@@ -109,7 +109,7 @@ def test_deaf(bus, make_memory):
 
 def test_stuck_is_all_low(bus, make_memory):
     changes = []
-    bus.on_stuck = lambda: changes.append(bus.stuck)
+    bus.on_stuck.append(lambda: changes.append(bus.stuck))
     bus.attach(make_memory(0x50))
     bus.stick()
     bus.stick()
