@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import inspect
 import re
-import textwrap
 from fractions import Fraction
 
 import pytest
@@ -110,16 +109,13 @@ def put_in(monkeypatch):
     """Replaces a method by one with a defect: it has an owner, a method, and words that are right and wrong."""
 
     def put(defect):
-        member = inspect.getattr_static(defect.owner, defect.method)
-        function = member.fget if isinstance(member, property) else member
-        source = textwrap.dedent(inspect.getsource(function)).removeprefix("@property\n")
-        right = defect.right
-        assert right in source, f"{defect.owner.__name__}.{defect.method} has changed: describe this defect anew"
+        source = defect.source()
+        function, is_property = defect.function()
         names = dict(vars(inspect.getmodule(function)))
         # a class of its own, so that super() works
-        code = source.replace(right, defect.wrong, 1).replace("super()", f"super({defect.owner.__name__}, self)")
+        code = source.replace(defect.right, defect.wrong, 1).replace("super()", f"super({defect.owner.__name__}, self)")
         exec(compile(f"from __future__ import annotations\n{code}", f"<{defect.what}>", "exec"), names)
         wrong = names[defect.method]
-        monkeypatch.setattr(defect.owner, defect.method, property(wrong) if isinstance(member, property) else wrong)
+        monkeypatch.setattr(defect.owner, defect.method, property(wrong) if is_property else wrong)
 
     return put

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+import textwrap
 from dataclasses import dataclass
 
 import pytest
@@ -20,6 +22,17 @@ class Defect:
 
     def __str__(self):
         return f"{self.test}: {self.what}"
+
+    def function(self):
+        """Return what is to be replaced, and whether it is a property."""
+        member = inspect.getattr_static(self.owner, self.method)
+        return (member.fget, True) if isinstance(member, property) else (member, False)
+
+    def source(self):
+        """Return the text of it as it is."""
+        source = textwrap.dedent(inspect.getsource(self.function()[0])).removeprefix("@property\n")
+        assert self.right in source, f"{self.owner.__name__}.{self.method} has changed: describe this defect anew"
+        return source
 
 
 def first_of_each(defects, *attributes):

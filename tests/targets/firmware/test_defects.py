@@ -16,6 +16,7 @@ from targets.mcu.cortexm.scb import Scb
 from targets.mcu.stm32.exti import Exti
 from targets.mcu.stm32.iwdg import Iwdg
 from targets.mcu.stm32.oscillator import Oscillator
+from targets.mcu.stm32.rcc import BasicRcc
 from targets.mcu.stm32.tim.breaks import Breaks
 from targets.mcu.stm32.tim.core import TimerCore
 from targets.mcu.stm32.tim.counting import Counting
@@ -199,7 +200,7 @@ DEFECTS = [
     Defect("the PLL is changed while it runs", "rcc", Rcc, "write_CFGR", "if self[CR] & PLLON and", "if False and"),
     Defect("what drives SYSCLK can be switched off", "rcc", Rcc, "write_CR", "kept = self", "kept = 0 and self"),
     Defect("resets of peripherals do nothing", "rcc", Rcc, "_write_resets", "peripheral.reset()", "pass"),
-    Defect("the backup domain is open", "rcc", Rcc, "write_BDCR", "if not self._backup_writable()", "if False"),
+    Defect("the backup domain is open", "rcc", BasicRcc, "write_BDCR", "if not self._backup_writable()", "if False"),
     Defect(
         "RMVF clears nothing",
         "wwdg",
