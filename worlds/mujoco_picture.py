@@ -10,14 +10,13 @@ import ctypes.util
 import importlib.util
 import math
 import os
-import struct
-import zlib
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
 from worlds.errors import CapabilityError, WorldError
 from worlds.mujoco_builder import BOX_GROUP, build, import_mujoco
+from worlds.png import png
 from worlds.stage import Stage
 from worlds.vehicles.model import BoxShape, Part, Shape, Vehicle
 from worlds.world import Pose
@@ -66,7 +65,7 @@ def picture(stage: Stage, pose: Pose, track: Sequence[tuple[float, float]], size
     if "MUJOCO_GL" not in os.environ:
         os.environ["MUJOCO_GL"] = "egl" if ctypes.util.find_library("EGL") else "osmesa"
     try:
-        return _png(_drawn(import_mujoco(), stage, pose, track, size_px), *size_px)
+        return png(_drawn(import_mujoco(), stage, pose, track, size_px), *size_px)
     except WorldError:
         raise
     except Exception as problem:  # what a GL lacks comes in a dozen kinds, some of them from ctypes
@@ -148,17 +147,3 @@ def _lay(
                 colour,
             )
             drawn.ngeom += 1
-
-
-def _png(rgb: bytes, width: int, height: int) -> bytes:
-    """Return pixels of 8 bits a colour, row by row from above, as PNG (RFC 2083)."""
-
-    def chunk(kind: bytes, data: bytes) -> bytes:
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    row = 3 * width
-    unfiltered = b"".join(b"\0" + rgb[at : at + row] for at in range(0, height * row, row))
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    return (
-        b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(unfiltered)) + chunk(b"IEND", b"")
-    )

@@ -47,6 +47,8 @@ def parser() -> Parser:
         help="write pins, nets and serial lines as waveforms (GTKWave, PulseView)")  # fmt: skip
     add("--write-stimuli", metavar="FILE", type=typed(arguments.output_file),
         help="write what pins and serial lines did in the form of --stimuli")  # fmt: skip
+    add("--picture", metavar="PART=FILE", action="append", default=[], type=typed(arguments.named_file),
+        help="at the end, write what a display shows as PNG; may be given several times")  # fmt: skip
     add("--realtime", action="store_true", help="keep pace with the wall clock")
     add("--json", action="store_true", help="print how it went as JSON")
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
@@ -67,7 +69,8 @@ def run(parsed: argparse.Namespace) -> int:
         hint = f"write BOARD:IMAGE or a bench file; 'hilbench init' makes {DEFAULT_FILE}"
         raise UsageError(f"names nothing to run, and there is no {DEFAULT_FILE} here", where="run", hint=hint)
     bench_file = with_stimuli(parsed, open_target(parsed.what, parsed.chip))
-    outputs = (("--journal", parsed.journal), ("--vcd", parsed.vcd), ("--write-stimuli", parsed.write_stimuli))
+    outputs = [("--journal", parsed.journal), ("--vcd", parsed.vcd), ("--write-stimuli", parsed.write_stimuli)]
+    outputs += (("--picture", file) for _, file in parsed.picture)
     files = (("--stimuli", Path(file_name(name))) for name in parsed.stimuli)
     refuse_overwriting(outputs, [*inputs_of(bench_file), *files])
 
@@ -81,6 +84,7 @@ def run(parsed: argparse.Namespace) -> int:
         journal_max=parsed.journal_max,
         vcd=parsed.vcd,
         write_stimuli=parsed.write_stimuli,
+        pictures=tuple(parsed.picture),
         realtime=parsed.realtime,
         as_json=parsed.json,
         seed=parsed.seed,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from hilbench.benchfile.bench_file import BenchFile
@@ -16,6 +17,7 @@ from hilbench.judging.note_lines import note_lines, notes_counted
 from hilbench.mcu.emulated import EmulatedBench, MachineFactory, make_machine
 from hilbench.mcu.group import FREE_STEP_NS, LOCKED_STEP_NS
 from hilbench.mcu.narration import Narrator
+from hilbench.mcu.pictures import check_displays, save_pictures
 from hilbench.mcu.stimulus_writer import StimulusWriter
 from hilbench.mcu.usart_port import UsartPort
 from hilbench.serving import STOP_SIGNALS
@@ -39,6 +41,7 @@ class RunOptions:
         edges: tell the edges of pins that send serial frames, too.
         vcd: where to write waveforms.
         write_stimuli: where to write what the boards did, as stimuli for others.
+        pictures: displays, and where to write what they show at the end.
         realtime: keep pace with the wall clock.
         as_json: say how it went as JSON.
         seed: seed of the run.
@@ -52,6 +55,7 @@ class RunOptions:
     journal_max: int | None = None
     vcd: Path | None = None
     write_stimuli: Path | None = None
+    pictures: tuple[tuple[str, Path], ...] = ()
     realtime: bool = False
     as_json: bool = False
     seed: int = 0
@@ -91,6 +95,7 @@ def run(
         narrator = Narrator(emulated, console.data, each_note=options.each_note) if options.follow else None
         if options.write_stimuli is not None:  # behind the narrator, whom it lets hear everything
             emulated.at_close.append(StimulusWriter(options.write_stimuli, emulated).close)
+        emulated.at_close.append(partial(save_pictures, options.pictures, emulated))
         interrupted = _run(options, emulated, console, watch)
         if narrator is not None:
             narrator.finish()
@@ -114,6 +119,7 @@ def _check(options: RunOptions, bench_file: BenchFile) -> None:
         raise UsageError(
             "runs no firmware", where=bench_file.name, hint=f"serve it: hilbench serve {bench_file.name} --pty ./p2"
         )
+    check_displays((name for name, _ in options.pictures), bench_file)
     if options.follow and options.as_json:
         raise UsageError("--follow and --json both want the standard output", where="run", hint="choose one")
 

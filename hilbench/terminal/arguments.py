@@ -65,6 +65,14 @@ def output_file(text: str) -> Path:
     return Path(text)
 
 
+def named_file(text: str) -> tuple[str, Path]:
+    """Read a name and a file to write: ``NAME=FILE``."""
+    name, equals, file = text.partition("=")
+    if not name or not equals:
+        raise ValueError(f"'{text}' is not NAME=FILE")
+    return name, output_file(file)
+
+
 def seed(text: str) -> int:
     """Read a seed: a whole number, 0 to 2**63 - 1."""
     return _whole_number(text, 0, _HIGHEST_SEED)

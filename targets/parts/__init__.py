@@ -16,6 +16,7 @@ from targets.parts.part import (
     DigitalOutput,
     Direction,
     Part,
+    Picture,
     Ports,
     Quantity,
     Terminal,
@@ -29,6 +30,7 @@ __all__ = [
     "DigitalOutput",
     "Direction",
     "Part",
+    "Picture",
     "Ports",
     "Quantity",
     "Terminal",
@@ -49,6 +51,7 @@ PARTS: Mapping[str, str] = MappingProxyType(
         "mpu9250": "targets.parts.mpu9250:Mpu9250",
         "neo6m": "targets.parts.neo6m:Neo6m",
         "p2os-adapter": "targets.parts.p2os_adapter:P2osAdapter",
+        "ssd1306": "targets.parts.ssd1306:Ssd1306",
         "tachometer-disc": "targets.parts.tachometer_disc:TachometerDisc",
         "w25q": "targets.parts.w25q:W25q",
     }

@@ -34,6 +34,7 @@ __all__ = [
     "DigitalOutput",
     "Direction",
     "Part",
+    "Picture",
     "Ports",
     "Quantity",
     "Terminal",
@@ -109,6 +110,21 @@ class Control:
     greatest: float
     rest: float = 0.0
     text: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Picture:
+    """What a part shows to people.
+
+    Attributes:
+        width: in pixels.
+        height: likewise.
+        grey: a byte for each pixel, 0 dark to 255 bright, row by row from above.
+    """
+
+    width: int
+    height: int
+    grey: bytes
 
 
 class DigitalInput(Protocol):
@@ -304,6 +320,10 @@ class Part:
     def spi_slave(self, name: str) -> SpiSlave:
         """Return what answers at an end of `SPI_BUSES`; see `slave`."""
         raise KeyError(name)
+
+    def picture(self) -> Picture | None:
+        """Return what it shows to people at present; None if it is no display."""
+        return None
 
     def receive(self, data: bytes, now_ns: int) -> None:
         """Take bytes that have come in on the serial end. Whatever they are, this raises nothing."""
