@@ -8,8 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from hilbench.benchfile.bench_file import BusEnd, PartPlan
-from hilbench.benchfile.bench_model import PartEntry
+from hilbench.benchfile.bench_file import BusEnd, BusPins, PartPlan, PinEnd
+from hilbench.benchfile.bench_model import BusPinsEntry, PartEntry
 from hilbench.benchfile.bus_reader import BusReader
 from hilbench.errors import UsageError
 from hilbench.mcu import parts as wiring
@@ -17,6 +17,8 @@ from hilbench.mcu.buses import Buses
 from hilbench.mcu.group import MachineGroup
 from hilbench.mcu.parts import Parts
 from hilbench.strict import Strict
+from targets.mcu.pins import Pins
+from targets.mcu.signals import Signals
 from targets.mcu.stm32.i2c import I2c
 from targets.mcu.testing import FakeChip, peek, poke
 from targets.parts import Part
@@ -104,7 +106,8 @@ class Machine:
         self.i2c.reset()
         poke(self.i2c, "TIMINGR", 0x0030_1C34)
         poke(self.i2c, "CR1", 1)
-        self.chip = SimpleNamespace(i2cs={"I2C1": self.i2c}, pins={})
+        signals = Signals(Pins((), self.tube.time, self.tube.notes))
+        self.chip = SimpleNamespace(i2cs={"I2C1": self.i2c}, pins={}, signals=signals)
         self.reached = []
         self._limit_ns = 0
 
@@ -227,6 +230,11 @@ def test_a_bus_without_parts_is_recorded_too(bench):
     assert peek(machine.i2c, "ISR") & 1 << 4
 
 
+def pin_end(_path, text):
+    board, _, pin = text.partition(".")
+    return PinEnd(board=board, pin=pin)
+
+
 class TestReading:
     @pytest.fixture
     def reader(self):
@@ -235,13 +243,20 @@ class TestReading:
 
         boards = {"brain": board("I2C1", "I2C2"), "old": board()}
         strict = Strict(lambda path: "my.toml: " + ".".join(map(str, path)))
-        return BusReader(boards, {"rom": Eeprom, "bare": Part}, strict)
+        return BusReader(boards, {"rom": Eeprom, "bare": Part}, strict, pin_end)
 
     def test_an_end_is_a_board_and_an_interface(self, reader):
         entry = PartEntry(kind="eeprom", buses={"i2c": "brain.i2c2"})
         assert reader.read("rom", entry) == {"i2c": BusEnd(board="brain", interface="I2C2")}
         assert str(BusEnd(board="brain", interface="I2C2")) == "brain.I2C2"
         assert reader.read("bare", PartEntry(kind="bare")) == {}
+
+    def test_an_end_may_be_two_pins(self, reader):
+        entry = PartEntry(kind="eeprom", buses={"i2c": BusPinsEntry(scl="brain.PB6", sda="brain.PB7")})
+        assert reader.read("rom", entry) == {"i2c": BusPins(board="brain", scl="PB6", sda="PB7")}
+        entry = PartEntry(kind="eeprom", buses={"i2c": BusPinsEntry(scl="brain.PB6", sda="old.PB7")})
+        with pytest.raises(UsageError, match=r"brain\.PB6 and old\.PB7 are not two pins of one board"):
+            reader.read("rom", entry)
 
     @pytest.mark.parametrize(
         ("name", "buses", "where", "what", "hint"),
