@@ -48,6 +48,7 @@ PARTS: Mapping[str, str] = MappingProxyType(
         "joystick": "targets.parts.joystick:Joystick",
         "l298n": "targets.parts.l298n:L298n",
         "motor-code": "targets.parts.motor_code:MotorCode",
+        "mpu6050": "targets.parts.mpu6050:Mpu6050",
         "mpu9250": "targets.parts.mpu9250:Mpu9250",
         "neo6m": "targets.parts.neo6m:Neo6m",
         "p2os-adapter": "targets.parts.p2os_adapter:P2osAdapter",

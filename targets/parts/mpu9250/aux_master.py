@@ -49,7 +49,7 @@ class AuxMaster:
     """See the module.
 
     Args:
-        ak8963: the only slave there is.
+        ak8963: the only slave there is, if any.
         fetch: returns the value of a register.
 
     Attributes:
@@ -58,7 +58,7 @@ class AuxMaster:
         slave_4_in: I2C_SLV4_DI.
     """
 
-    def __init__(self, ak8963: Ak8963, fetch: Callable[[Reg], int]) -> None:
+    def __init__(self, ak8963: Ak8963 | None, fetch: Callable[[Reg], int]) -> None:
         self._ak8963 = ak8963
         self._fetch = fetch
         self.reset()

@@ -24,15 +24,13 @@ from targets.parts.mpu9250.aux_master import EXTERNAL_BYTES, AuxMaster
 from targets.parts.mpu9250.fifo import Fifo
 from targets.parts.mpu9250.individual import Individual
 from targets.parts.mpu9250.interrupts import FIFO_OVERFLOW, RAW_DATA_READY, WAKE_ON_MOTION, Interrupts
+from targets.parts.mpu9250.model import Model
 from targets.parts.mpu9250.notes import Notes
-from targets.parts.mpu9250.rates import ACCEL_LSB_PER_G, Rates, rates_of
-from targets.parts.mpu9250.registers import FACTORY, LAST_ADDRESS, REGISTERS, Reg
+from targets.parts.mpu9250.rates import ACCEL_LSB_PER_G, Rates
+from targets.parts.mpu9250.registers import LAST_ADDRESS, Reg
 from targets.parts.mpu9250.sensing import Sensing
 
 __all__ = ["Chip"]
-
-_GYRO_START_NS, _ACCEL_START_NS = 35_000_000, 20_000_000
-"""From sleep to the first sample (PS sections 3.1 and 3.2)."""
 
 _KEPT_NS = 120_000_000
 """How much of the past is kept: the longest delay of a filter, and what a sample may be late (choice)."""
@@ -69,9 +67,10 @@ class Chip:
     """See the module. Times never go back; one that does counts as the latest.
 
     Args:
+        model: which of the family it is.
         sensing: what it senses.
         individual: which part it is.
-        ak8963: the magnetometer behind it.
+        ak8963: the magnetometer behind it, if there is one.
         interrupts: its interrupt pin.
         notes: takes what is not modelled.
         phase: the share of a sample period that its clock has gone when it starts or changes for the n-th time.
@@ -79,14 +78,16 @@ class Chip:
 
     def __init__(
         self,
+        model: Model,
         sensing: Sensing,
         individual: Individual,
-        ak8963: Ak8963,
+        ak8963: Ak8963 | None,
         interrupts: Interrupts,
         notes: Notes,
         *,
         phase: Callable[[int], float],
     ) -> None:
+        self._model = model
         self._sensing = sensing
         self._individual = individual
         self._ak8963 = ak8963
@@ -95,9 +96,9 @@ class Chip:
         self._phase = phase
         self._clock_changes = 0
         self._now_ns = 0
-        self._values = _reset_values(individual)
+        self._values = self._reset_values()
         self._master = AuxMaster(ak8963, self._values.__getitem__)
-        self._fifo = Fifo()
+        self._fifo = Fifo(model.fifo_bytes)
         self._first_ns: int | None = None
         self._started_ns = 0
         self._period_ns = 1
@@ -138,7 +139,8 @@ class Chip:
                 self._interrupts.end_pulse(due_ns)
             else:
                 self._take_sample(due_ns)
-        self._ak8963.advance(now_ns)
+        if self._ak8963 is not None:
+            self._ak8963.advance(now_ns)
 
     def keep_up(self, now_ns: int) -> None:
         """As `advance`, and forget the past that nobody can ask for any more."""
@@ -159,7 +161,7 @@ class Chip:
             self._interrupts.enabled
             or (control & _FIFO_ON and self._fifo_wanted)
             or control & _MASTER_ON
-            or self._values[Reg.ACCEL_INTEL_CTRL] & _MOTION_ON
+            or self._values.get(Reg.ACCEL_INTEL_CTRL, 0) & _MOTION_ON
         )
 
     @property
@@ -219,7 +221,7 @@ class Chip:
 
     def _motion(self) -> int:
         """Wake on motion: an axis differs from the sample before, or from the first one, by more than the threshold."""
-        control = self._values[Reg.ACCEL_INTEL_CTRL]
+        control = self._values.get(Reg.ACCEL_INTEL_CTRL, 0)
         if not control & _MOTION_ON:
             return 0
         accel = self._words(self._taken)[:3]
@@ -297,7 +299,7 @@ class Chip:
     def write(self, address: int, value: int, now_ns: int) -> None:
         """Write a register, with everything that a write does."""
         self.advance(now_ns)
-        register = REGISTERS.get(address)
+        register = self._model.registers.get(address)
         if register is None or not register.writable | register.acts:
             self._note_lost(address)
             return
@@ -326,7 +328,7 @@ class Chip:
 
     def _reset(self) -> None:
         self._interrupts.reset(self._now_ns)
-        self._values |= _reset_values(self._individual)
+        self._values |= self._reset_values()
         self._fifo.clear()
         self._master.reset()
         self._reference = None
@@ -334,6 +336,10 @@ class Chip:
         self._first_ns = None
         self._set_clock()
         self._configure_sensing()
+
+    def _reset_values(self) -> dict[int, int]:
+        found = {address: register.reset for address, register in self._model.registers.items()}
+        return {**found, **self._individual.factory}
 
     def _control(self, value: int) -> None:
         if value & _FIFO_RESET:
@@ -366,7 +372,7 @@ class Chip:
 
     def _rates(self) -> Rates:
         low_power = bool(self._values[Reg.PWR_MGMT_1] & _CYCLE)
-        return rates_of(self._values, gyro_on=self._gyro_on, low_power=low_power)
+        return self._model.rates(self._values, gyro_on=self._gyro_on, low_power=low_power)
 
     def _set_clock(self) -> None:
         """Start, stop or restart the sample clock, if that is what the registers ask for now."""
@@ -378,7 +384,7 @@ class Chip:
         if not self._runs:
             first_ns: int | None = None
         elif self._first_ns is None:
-            self._started_ns = self._now_ns + (_GYRO_START_NS if self._gyro_on else _ACCEL_START_NS)
+            self._started_ns = self._now_ns + self._model.start_ns(self._gyro_on)
             first_ns = self._started_ns + gone_ns
         else:
             first_ns = max(self._now_ns + period_ns - gone_ns, self._started_ns)
@@ -389,8 +395,8 @@ class Chip:
     def _note_lost(self, address: int) -> None:
         if address in _DMP:
             self._notes.note("the digital motion processor is not modelled: what is written to its registers is lost")
-        elif address in REGISTERS:
-            self._notes.note(f"{REGISTERS[address].name} is read-only: what is written there is lost")
+        elif address in self._model.registers:
+            self._notes.note(f"{self._model.registers[address].name} is read-only: what is written there is lost")
         else:
             self._notes.note(f"register 0x{address & LAST_ADDRESS:02X} is reserved: what is written there is lost")
 
@@ -407,11 +413,6 @@ _ABSENT = (
     (Reg.USER_CTRL, _SPI_ONLY, "I2C_IF_DIS: the SPI interface is not modelled, the sensor is deaf from now on"),
     (Reg.I2C_MST_CTRL, 0x40, "WAIT_FOR_ES: transfers of the auxiliary bus take no time here, so nothing waits"),
 )
-
-
-def _reset_values(individual: Individual) -> dict[int, int]:
-    found = {address: register.reset for address, register in REGISTERS.items()}
-    return found | {address: individual.factory[address] for address in FACTORY}
 
 
 def _bytes_of(words: list[int]) -> bytes:

@@ -1,22 +1,24 @@
-"""The FIFO: 512 bytes (PS-MPU-9250A-01 section 4.17, RM-MPU-9250A-00 sections 4.5, 4.36 and 4.37)."""
+"""The FIFO (PS-MPU-9250A-01 section 4.17, RM-MPU-9250A-00 sections 4.5, 4.36 and 4.37)."""
 
 from __future__ import annotations
 
 from collections import deque
 
-__all__ = ["FIFO_BYTES", "Fifo"]
-
-FIFO_BYTES = 512
+__all__ = ["Fifo"]
 
 
 class Fifo:
     """See the module.
 
+    Args:
+        size: how many bytes it holds.
+
     Attributes:
         keeps_old: FIFO_MODE 1: what does not fit is lost; else the oldest bytes are.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, size: int) -> None:
+        self._size = size
         self.keeps_old = False
         self._bytes: deque[int] = deque()
         self._last = 0
@@ -32,9 +34,9 @@ class Fifo:
 
     def put(self, data: bytes) -> bool:
         """Add bytes; return whether some did not fit."""
-        room = FIFO_BYTES - len(self._bytes)
+        room = self._size - len(self._bytes)
         self._bytes.extend(data[:room] if self.keeps_old else data)
-        while len(self._bytes) > FIFO_BYTES:
+        while len(self._bytes) > self._size:
             self._bytes.popleft()
         return len(data) > room
 

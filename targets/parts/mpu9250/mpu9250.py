@@ -17,6 +17,7 @@ from targets.parts.mpu9250.ak8963 import AK8963_ADDRESS, Ak8963
 from targets.parts.mpu9250.chip import Chip
 from targets.parts.mpu9250.individual import Individual
 from targets.parts.mpu9250.interrupts import Interrupts
+from targets.parts.mpu9250.model import MPU9250
 from targets.parts.mpu9250.notes import Notes
 from targets.parts.mpu9250.registers import LAST_ADDRESS, Reg
 from targets.parts.mpu9250.sensing import Sensing
@@ -24,10 +25,11 @@ from targets.parts.mpu9250.settings import Mpu9250Settings
 from targets.parts.noise import uniforms
 from targets.parts.part import Direction, Part, Ports, Quantity, Terminal
 
-__all__ = ["Mpu9250"]
+__all__ = ["Mpu9250", "SensorSlave", "clock_phase", "motion_quantities"]
 
 
-def _quantities() -> tuple[Quantity, ...]:
+def motion_quantities() -> tuple[Quantity, ...]:
+    """Return what an inertial sensor feels."""
     forces = [
         Quantity(name=f"a{axis}", direction=Direction.IN, unit="m/s2", text="specific force, axes of the body")
         for axis in "xyz"
@@ -36,7 +38,11 @@ def _quantities() -> tuple[Quantity, ...]:
         Quantity(name=f"w{axis}", direction=Direction.IN, unit="rad/s", text="rotation, axes of the body")
         for axis in "xyz"
     ]
-    angles = [
+    return *forces, *rates
+
+
+def _angles() -> tuple[Quantity, ...]:
+    return tuple(
         Quantity(
             name=name,
             direction=Direction.IN,
@@ -45,15 +51,14 @@ def _quantities() -> tuple[Quantity, ...]:
             text="attitude, for the magnetometer; else level",
         )
         for name in ("roll", "pitch", "yaw")
-    ]
-    return *forces, *rates, *angles
+    )
 
 
 class Mpu9250(Part):
     """See the head of this file."""
 
     TERMINALS = (Terminal(name="int", direction=Direction.OUT, text="interrupt"),)
-    QUANTITIES = _quantities()
+    QUANTITIES = (*motion_quantities(), *_angles())
     BUSES = ("i2c",)
     ABSENT = (
         "the digital motion processor",
@@ -70,17 +75,18 @@ class Mpu9250(Part):
     def __init__(self, settings: Mpu9250Settings, ports: Ports, *, seed: int) -> None:
         individual = Individual.of(settings, seed)
         self._notes = Notes(ports.tell)
-        self._sensing = Sensing(settings, individual, seed)
+        self._sensing = Sensing(MPU9250, settings, individual, seed)
         ak8963 = Ak8963(self._sensing.field_ut, individual.mag_codes, self._notes)
         self._chip = Chip(
+            MPU9250,
             self._sensing,
             individual,
             ak8963,
             Interrupts(ports.output("int")),
             self._notes,
-            phase=partial(_phase, seed, settings.clock_phase_percent / 100),
+            phase=partial(clock_phase, seed, settings.clock_phase_percent / 100),
         )
-        self._slave = _Slave(self._chip, ak8963, 0x69 if settings.ad0 else 0x68, self._notes)
+        self._slave = SensorSlave(self._chip, ak8963, 0x69 if settings.ad0 else 0x68, self._notes)
         self._ready_ns = round(settings.ready_ms * 1e6)
 
     def slave(self, name: str) -> I2cSlave:
@@ -106,17 +112,17 @@ class Mpu9250(Part):
         self._chip.advance(now_ns)
 
 
-def _phase(seed: int, most: float, number: int) -> float:
+def clock_phase(seed: int, most: float, number: int) -> float:
     """The share of a sample period that the clock has gone when it is started or changed for the `number`-th time."""
     return most * uniforms(seed, "clock phase", number)[0]
 
 
-class _Slave:
+class SensorSlave:
     """What answers on the bus: the chip, and the magnetometer behind it while it is bypassed.
 
     Args:
         chip: the chip.
-        ak8963: the magnetometer.
+        ak8963: the magnetometer, if there is one.
         address: of the chip.
         notes: takes what is a mistake.
 
@@ -124,24 +130,24 @@ class _Slave:
         ready_ns: before that nothing is acknowledged; None: there is no supply.
     """
 
-    def __init__(self, chip: Chip, ak8963: Ak8963, address: int, notes: Notes) -> None:
+    def __init__(self, chip: Chip, ak8963: Ak8963 | None, address: int, notes: Notes) -> None:
         self._chip = chip
         self._ak8963 = ak8963
         self._address = address
         self._notes = notes
         self._pointer = 0
         self._pointer_set = False
-        self._to_ak8963 = False
+        self._other: Ak8963 | None = None  # the magnetometer, while the message is for it
         self.ready_ns: int | None = None
 
     def address(self, address: int, read: bool, now_ns: int) -> bool:
         """Acknowledge its own address, or let the magnetometer acknowledge its."""
-        self._to_ak8963 = address == AK8963_ADDRESS
-        if address not in (self._address, AK8963_ADDRESS) or not self._awake(now_ns):
+        self._other = self._ak8963 if address == AK8963_ADDRESS else None
+        if (address != self._address and self._other is None) or not self._awake(now_ns):
             return False
-        if self._to_ak8963:
+        if self._other is not None:
             self._chip.advance(now_ns)
-            return self._chip.bypassed and self._ak8963.address(address, read, now_ns)
+            return self._chip.bypassed and self._other.address(address, read, now_ns)
         if read:
             self._chip.freeze(now_ns)
         self._pointer_set = False
@@ -149,8 +155,8 @@ class _Slave:
 
     def write(self, byte: int, now_ns: int) -> bool:
         """Take a register's address, then values for it and those that follow."""
-        if self._to_ak8963:
-            return self._ak8963.write(byte, now_ns)
+        if self._other is not None:
+            return self._other.write(byte, now_ns)
         if self._pointer_set:
             self._chip.write(self._pointer, byte, now_ns)
             self._step()
@@ -160,16 +166,16 @@ class _Slave:
 
     def read(self, now_ns: int) -> int:
         """Return the register whose turn it is."""
-        if self._to_ak8963:
-            return self._ak8963.read(now_ns)
+        if self._other is not None:
+            return self._other.read(now_ns)
         value = self._chip.read(self._pointer, now_ns)
         self._step()
         return value
 
     def end(self, now_ns: int) -> None:
         """The message is over."""
-        if self._to_ak8963:
-            self._ak8963.end(now_ns)
+        if self._other is not None:
+            self._other.end(now_ns)
         else:
             self._chip.thaw(now_ns)
 

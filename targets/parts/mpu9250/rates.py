@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from targets.parts.mpu9250.registers import Reg
 
-__all__ = ["ACCEL_LSB_PER_G", "GYRO_LSB_PER_DPS", "Filter", "Rates", "rates_of"]
+__all__ = ["ACCEL_LSB_PER_G", "GYRO_LSB_PER_DPS", "Filter", "Rates", "filter_of", "rates_of"]
 
 GYRO_LSB_PER_DPS = (131.0, 65.5, 32.8, 16.4)
 """By GYRO_FS_SEL: 250, 500, 1000, 2000 degrees per second (PS section 3.1)."""
@@ -51,38 +51,39 @@ class Filter:
         return self.delay_s - self.lag_s
 
 
-def _filter(bandwidth_hz: float, delay_ms: float) -> Filter:
+def filter_of(bandwidth_hz: float, delay_ms: float) -> Filter:
+    """Return one row."""
     return Filter(bandwidth_hz=bandwidth_hz, delay_s=delay_ms / 1000)
 
 
 _GYRO_FILTERS = (
-    _filter(250, 0.97),
-    _filter(184, 2.9),
-    _filter(92, 3.9),
-    _filter(41, 5.9),
-    _filter(20, 9.9),
-    _filter(10, 17.85),
-    _filter(5, 33.48),
-    _filter(3600, 0.17),
+    filter_of(250, 0.97),
+    filter_of(184, 2.9),
+    filter_of(92, 3.9),
+    filter_of(41, 5.9),
+    filter_of(20, 9.9),
+    filter_of(10, 17.85),
+    filter_of(5, 33.48),
+    filter_of(3600, 0.17),
 )
 """By DLPF_CFG, with FCHOICE_B 00 (RM section 4.5)."""
 
-_GYRO_UNFILTERED = {1: _filter(8800, 0.064), 2: _filter(3600, 0.11), 3: _filter(8800, 0.064)}
+_GYRO_UNFILTERED = {1: filter_of(8800, 0.064), 2: filter_of(3600, 0.11), 3: filter_of(8800, 0.064)}
 """By FCHOICE_B, which is FCHOICE inverted: bit 0 set is FCHOICE x0."""
 
 _ACCEL_FILTERS = (
-    _filter(460, 1.94),
-    _filter(184, 5.80),
-    _filter(92, 7.80),
-    _filter(41, 11.80),
-    _filter(20, 19.80),
-    _filter(10, 35.70),
-    _filter(5, 66.96),
-    _filter(460, 1.94),
+    filter_of(460, 1.94),
+    filter_of(184, 5.80),
+    filter_of(92, 7.80),
+    filter_of(41, 11.80),
+    filter_of(20, 19.80),
+    filter_of(10, 35.70),
+    filter_of(5, 66.96),
+    filter_of(460, 1.94),
 )
 """By A_DLPFCFG, with ACCEL_FCHOICE_B 0 (RM section 4.8)."""
 
-_ACCEL_UNFILTERED = _filter(1130, 0.75)
+_ACCEL_UNFILTERED = filter_of(1130, 0.75)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,8 +16,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from targets.parts.mpu9250.individual import ACCEL_OFFSET_STEPS_PER_G, Individual, accel_offset_steps
+from targets.parts.mpu9250.model import Model
 from targets.parts.mpu9250.rates import ACCEL_LSB_PER_G, GYRO_LSB_PER_DPS, Rates
-from targets.parts.mpu9250.registers import ACCEL_OFFSETS, Reg
+from targets.parts.mpu9250.registers import Reg
 from targets.parts.mpu9250.settings import Mpu9250Settings
 from targets.parts.noise import gaussians
 from targets.parts.track import Track, Vector
@@ -27,13 +28,12 @@ __all__ = ["G_M_S2", "Sensing", "signed16"]
 G_M_S2 = 9.80665
 """Standard gravity."""
 
-_TEMPERATURE_LSB_PER_DEGC, _ROOM_DEGC = 333.87, 21.0
-"""PS section 3.4.2: sensitivity and offset of the thermometer."""
-
 _GYRO_OFFSET_DPS = 4 / GYRO_LSB_PER_DPS[0]
 """What one step of XG_OFFSET adds, whatever the full scale (RM section 4.3)."""
 
 _FORCES, _RATES, _ANGLES = ("ax", "ay", "az"), ("wx", "wy", "wz"), ("roll", "pitch", "yaw")
+
+_NONE = (0.0, 0.0, 0.0)
 
 Rows = tuple[Vector, Vector, Vector]
 
@@ -51,12 +51,14 @@ class Sensing:
     """See the module.
 
     Args:
+        model: which of the family it is.
         settings: of the part.
         individual: of the part.
         seed: of its noise.
     """
 
-    def __init__(self, settings: Mpu9250Settings, individual: Individual, seed: int) -> None:
+    def __init__(self, model: Model, settings: Mpu9250Settings, individual: Individual, seed: int) -> None:
+        self._model = model
         self._settings = settings
         self._individual = individual
         self._seed = seed
@@ -84,7 +86,7 @@ class Sensing:
         self._force.set_filter(rates.accel.lag_s, rates.accel.rest_s)
         self._rate.set_filter(rates.gyro.lag_s, rates.gyro.rest_s)
         tested = _tested(values[Reg.ACCEL_CONFIG], person.accel_test_g)
-        trims = [_accel_trim_g(values, address, person.factory) for address in ACCEL_OFFSETS]
+        trims = [_accel_trim_g(values, address, person.factory) for address in self._model.accel_offsets]
         self._accel = _Setup(
             counts=ACCEL_LSB_PER_G[values[Reg.ACCEL_CONFIG] >> 3 & 3],
             added=_sum(person.zero_g, tested, trims),
@@ -92,8 +94,7 @@ class Sensing:
         )
         tested = _tested(values[Reg.GYRO_CONFIG], person.gyro_test_dps)
         offsets = [
-            signed16(values[address], values[address + 1]) * _GYRO_OFFSET_DPS
-            for address in (Reg.XG_OFFSET_H, Reg.YG_OFFSET_H, Reg.ZG_OFFSET_H)
+            signed16(values[address], values[address + 1]) * _GYRO_OFFSET_DPS for address in self._model.gyro_offsets
         ]
         self._gyro = _Setup(
             counts=GYRO_LSB_PER_DPS[values[Reg.GYRO_CONFIG] >> 3 & 3],
@@ -114,7 +115,7 @@ class Sensing:
         rate = self._turned(self._rate.at(at_ns))
         accel_g = [f / G_M_S2 * scale for f, scale in zip(force, self._individual.accel_scale, strict=True)]
         gyro_dps = [math.degrees(w) * scale for w, scale in zip(rate, self._individual.gyro_scale, strict=True)]
-        temperature = (self._settings.temperature_degc - _ROOM_DEGC) * _TEMPERATURE_LSB_PER_DEGC
+        temperature = self._model.temperature_lsb(self._settings.temperature_degc)
         return (
             *_counted(accel_g, self._accel, noise[:3]),
             _cut(temperature),
@@ -155,7 +156,7 @@ def _accel_trim_g(values: Mapping[int, int], address: int, factory: Mapping[int,
 
 
 def _sum(*vectors: tuple[float, ...] | list[float]) -> Vector:
-    return tuple(map(sum, zip(*vectors, strict=True)))
+    return tuple(map(sum, zip(*(vector or _NONE for vector in vectors), strict=True)))
 
 
 def _counted(values: list[float], setup: _Setup, noise: Vector) -> list[int]:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import fields
 
 import pytest
 
 from targets.mcu.i2c_bus import I2cBus
-from targets.parts.mpu9250 import Mpu9250, Mpu9250Settings, SensorNote
+from targets.parts.mpu6050 import Mpu6050
+from targets.parts.mpu9250 import Mpu9250, SensorNote
 from targets.parts.testing import PartBench
 
 MS = 1_000_000
@@ -37,9 +39,15 @@ class ImuRig:
         bus: the bus.
     """
 
-    def __init__(self, moving: Callable[[int], Mapping[str, float]] | None, step_ns: int, settings: dict) -> None:
+    def __init__(
+        self,
+        moving: Callable[[int], Mapping[str, float]] | None,
+        step_ns: int,
+        settings: dict,
+        kind: type = Mpu9250,
+    ) -> None:
         self.bench = PartBench(
-            Mpu9250, Mpu9250Settings(**settings), quantities=moving or (lambda _ns: REST), step_ns=step_ns
+            kind, kind.Settings(**settings), quantities=moving or (lambda _ns: REST), step_ns=step_ns
         )
         self.bus = I2cBus()
         self.bus.attach(self.bench.part.slave("i2c"))
@@ -120,6 +128,23 @@ def make_imu() -> Callable[..., ImuRig]:
         rig = ImuRig(moving, step_ns, {**(IDEAL if ideal else {}), **settings})
         if ready:
             rig.run_to(READY_NS)
+        return rig
+
+    return make
+
+
+@pytest.fixture
+def make_mpu6050() -> Callable[..., ImuRig]:
+    """Makes rigs with an MPU-6050, without errors of its own and awake."""
+
+    def make(moving=None, *, step_ns: int = MS, awake: bool = True, **settings) -> ImuRig:
+        known = {field.name for field in fields(Mpu6050.Settings)}
+        ideal = {name: value for name, value in IDEAL.items() if name in known}
+        rig = ImuRig(moving, step_ns, {**ideal, **settings}, Mpu6050)
+        rig.run_to(READY_NS)
+        if awake:
+            rig.write(0x6B, 0)
+            rig.run(50)
         return rig
 
     return make
