@@ -58,8 +58,8 @@ class Ssd1306Settings:
         ValueError: a value makes no display.
     """
 
-    rows: Literal[32, 64] = setting(64, "", "choice: the usual modules have 64 or 32 rows")
-    address: Literal[0x3C, 0x3D] = setting(0x3C, "", "SSD1306 section 8.1.5: SA0 low is 0x3C, high 0x3D")
+    rows: Literal[32, 64] = setting(64, "px", "choice: the usual modules have 64 or 32 rows")
+    sa0: bool = setting(False, "", "SSD1306 section 8.1.5: SA0 low is 0x3C, high 0x3D")
     vcc: bool = setting(False, "", "choice: the panel has no supply of its own, only the charge pump")
 
     def __post_init__(self) -> None:
@@ -165,7 +165,7 @@ class Ssd1306(Part):
     def address(self, address: int, read: bool, now_ns: int) -> bool:  # noqa: ARG002
         """Acknowledge its own address."""
         self._control = None
-        return address == self._settings.address
+        return address == (0x3D if self._settings.sa0 else 0x3C)
 
     def read(self, now_ns: int) -> int:  # noqa: ARG002
         """Return whether the display is off, in D6."""

@@ -182,7 +182,7 @@ def test_a_read_says_whether_it_is_off():
 
 def test_it_has_two_addresses():
     assert not Rig().send(0, address=0x3D)
-    assert Rig(address=0x3D).send(0, address=0x3D)
+    assert Rig(sa0=True).send(0, address=0x3D)
 
 
 @given(st.lists(st.binary(max_size=40), max_size=8))
