@@ -199,6 +199,7 @@ def test_a_busy_loop(capsys):
     ("image", "baud"),
     [
         ("bench-tick-1khz", None),
+        ("bench-adc-dma", None),
         ("style-kernel", None),
         ("style-kernel-busy", None),
         ("style-hal", None),

@@ -120,7 +120,7 @@ class Adc(Converters[Unit]):
             for name in ("ADC1", "ADC2", "ADC3")
         ]
         for number, unit in enumerate(self._units):
-            unit.on_flags = self._drive_irq
+            unit.on_interrupt = self._drive_irq
             for register in REGISTERS:
                 offset = UNIT_SIZE * number + register.offset
                 self._readers[offset] = partial(self._read_unit, number, register.offset)

@@ -67,20 +67,21 @@ class Unit:
 
     Attributes:
         REGISTERS: what it has.
-        SAMPLING_CLOCKS: by the value of SMPx.
+        SAMPLING_HALVES: how many halves of a clock sampling takes, by the value of SMPx.
         STABILISATION_S: the longest time from ADON to the first conversion, t_STAB (DS11532, ADC characteristics).
         values: of the registers, by offset.
-        on_flags: called when flags or their enables have changed.
+        on_interrupt: called when `interrupt` has changed.
         clock_cycles: HCLK cycles of a clock of the converter; 0 while it stands still. Set it by `set_clock`.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = REGISTERS
-    SAMPLING_CLOCKS: ClassVar[Sequence[int | Fraction]] = (3, 15, 28, 56, 84, 112, 144, 480)
+    SAMPLING_HALVES: ClassVar[Sequence[int]] = (6, 30, 56, 112, 168, 224, 288, 960)
     STABILISATION_S: ClassVar[Fraction] = Fraction(3, 1_000_000)
 
     def __init__(self, name: str, time: Timebase, ends: Ends) -> None:
         self.name = name
-        self.on_flags: Callable[[], None] = lambda: None
+        self.on_interrupt: Callable[[], None] = lambda: None
+        self._interrupts = False
         self.clock_cycles = 0
         self.values = {register.offset: register.reset for register in self.REGISTERS}
         self._time = time
@@ -90,11 +91,12 @@ class Unit:
         self._converting: Group | None = None
         self._event: Event | None = None
         self._then: Callable[[], None] = lambda: None
-        self._left_clocks = Fraction(0)
+        self._left_halves: Fraction | int = 0
         self._sampled = 0
         self._unread = False
         self._dma_over = False
         self._on_since = Fraction(0)
+        self._stable = False  # t_STAB has passed since
         ends.request.on_last = self._last_transfer
 
     # --- what the controller calls
@@ -121,11 +123,11 @@ class Unit:
         """Go on at another rate; 0 stands still."""
         if self._converting is not None and self.clock_cycles:
             assert self._event is not None
-            self._left_clocks = Fraction(self._event.cycle - self._time.now, self.clock_cycles)
+            self._left_halves = Fraction(2 * (self._event.cycle - self._time.now), self.clock_cycles)
             self._time.cancel(self._event)
         self.clock_cycles = cycles
         if self._converting is not None and cycles:
-            self._event = self._time.after(-int(-self._left_clocks * cycles // 1), self._then)
+            self._event = self._time.after(-int(-self._left_halves * cycles // 2), self._then)
 
     def read(self, offset: int) -> int:
         """Read a register."""
@@ -153,7 +155,7 @@ class Unit:
         if not value & ADON:
             self._power_off()
         elif not before & ADON:
-            self._on_since = self._time.seconds(self._time.now)
+            self._switched_on()
         if not value & DMA:
             self._dma_over = False
         self._listen()
@@ -164,6 +166,9 @@ class Unit:
                 self._start_regular()
         elif value & (SWSTART | JSWSTART):
             self._note("misuse", "CR2.SWSTART", "a start together with ADON, or without, has no effect")
+
+    def _switched_on(self) -> None:
+        self._on_since, self._stable = self._time.seconds(self._time.now), False
 
     def _power_off(self) -> None:
         self._time.cancel(self._event)
@@ -224,7 +229,10 @@ class Unit:
         self._proceed()
 
     def _check_start(self) -> None:
-        if self._time.seconds(self._time.now) < self._on_since + self.STABILISATION_S:
+        if self._stable:
+            return
+        self._stable = self._time.seconds(self._time.now) >= self._on_since + self.STABILISATION_S
+        if not self._stable:
             within = f"{float(self.STABILISATION_S * 1_000_000):g} us"
             text = f"a conversion was started within {within} of ADON: its result may be wrong"
             self._note("misuse", "CR2.ADON", text)
@@ -247,18 +255,18 @@ class Unit:
         group = self._injected if self._injected.active else self._regular
         if group.active:
             self._converting = group
-            self._after(self.SAMPLING_CLOCKS[self._sampling(group.channel)], self._sample)
+            self._after(self.SAMPLING_HALVES[self._sampling(group.channel)], self._sample)
 
     def _sampling(self, channel: int) -> int:
         if channel < 10:
             return self.values[SMPR2] >> 3 * channel & 7
         return self.values[SMPR1] >> 3 * (channel - 10) & 7 if channel < 19 else 0
 
-    def _after(self, clocks: int | Fraction, action: Callable[[], None]) -> None:
+    def _after(self, halves: int, action: Callable[[], None]) -> None:
         self._then = action
-        self._left_clocks = Fraction(clocks)
+        self._left_halves = halves
         if self.clock_cycles:
-            self._event = self._time.after(int(clocks * self.clock_cycles), action)
+            self._event = self._time.after(halves * self.clock_cycles // 2, action)
 
     @property
     def _bits(self) -> int:
@@ -268,10 +276,10 @@ class Unit:
         assert self._converting is not None
         bits = self._bits
         self._sampled = code(self._ends.volts(self._converting.channel), self._ends.reference_volts, bits)
-        self._after(self._conversion_clocks(bits), self._converted)
+        self._after(self._conversion_halves(bits), self._converted)
 
-    def _conversion_clocks(self, bits: int) -> int | Fraction:
-        return bits
+    def _conversion_halves(self, bits: int) -> int:
+        return 2 * bits
 
     def _converted(self) -> None:
         group = self._converting
@@ -335,4 +343,6 @@ class Unit:
         wanted = self._unread and control & DMA and not self._dma_over and not self.values[SR] & OVR
         if bool(wanted) is not self._ends.request.level:
             self._ends.request.set(bool(wanted))
-        self.on_flags()
+        if self.interrupt is not self._interrupts:
+            self._interrupts = not self._interrupts
+            self.on_interrupt()

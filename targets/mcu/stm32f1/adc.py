@@ -171,7 +171,7 @@ class Adc(Peripheral):
                 note=self.note,
             ),
         )
-        self.unit.on_flags = self._drive_irq
+        self.unit.on_interrupt = self._drive_irq
         for register in REGISTERS:
             self._readers[register.offset] = partial(self._read, register.offset)
             if register.writable:

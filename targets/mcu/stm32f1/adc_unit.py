@@ -83,9 +83,7 @@ class F1Unit(Unit):
     """
 
     REGISTERS = REGISTERS
-    SAMPLING_CLOCKS: ClassVar[Sequence[int | Fraction]] = tuple(
-        Fraction(halves, 2) for halves in (3, 15, 27, 57, 83, 111, 143, 479)
-    )
+    SAMPLING_HALVES: ClassVar[Sequence[int]] = (3, 15, 27, 57, 83, 111, 143, 479)
     STABILISATION_S = Fraction(1, 1_000_000)
 
     on_regular: Callable[[Callable[[], None]], None] = staticmethod(lambda start: start())
@@ -132,8 +130,8 @@ class F1Unit(Unit):
         """Whether an injected group is under way."""
         return self._injected.active
 
-    def _conversion_clocks(self, bits: int) -> int | Fraction:
-        return bits + Fraction(1, 2)
+    def _conversion_halves(self, bits: int) -> int:
+        return 2 * bits + 1
 
     # --- ADC_CR2
 
@@ -143,7 +141,7 @@ class F1Unit(Unit):
         if not value & ADON:
             self._power_off()
         elif not before & ADON:
-            self._on_since = self._time.seconds(self._time.now)
+            self._switched_on()
         self._calibrate(value & ~before)
         self._listen()
         starts = value & before & ADON

@@ -50,7 +50,7 @@ DEFECTS = [
     ),
     # --- ADC
     Defect("sampling always takes 1.5 clocks", "adc", F1Unit, "_sampling", "return self", "return 0 and self"),
-    Defect("13 clocks of conversion", "adc", F1Unit, "_conversion_clocks", "Fraction(1, 2)", "Fraction(300, 2)"),
+    Defect("13 clocks of conversion", "adc", F1Unit, "_conversion_halves", "bits + 1", "bits + 300"),
     Defect("ADON starts whatever is changed with it", "adc", F1Unit, "_write_control", "value == before", "True"),
     Defect("ADON once more starts nothing", "adc", F1Unit, "_write_control", "value == before", "False"),
     Defect("SWSTART starts without EXTTRIG too", "adc", F1Unit, "_by_software", "enabled and", ""),

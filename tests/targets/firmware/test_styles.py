@@ -184,6 +184,14 @@ def test_bench_tick_toggles_each_millisecond(start):
     assert set(periods_ms(run, "PA0")) == {1.0}
 
 
+def test_bench_adc_dma_loses_nothing(start):
+    run = start("bench-adc-dma").record("PA2").to(20)
+    at = [edge.cycle for edge in run.machine.chip.pins["PA2"].edges][1:]
+    assert {later - earlier for earlier, later in itertools.pairwise(at)} == {512 * 84}
+    lost = run.machine.image.symbols.find("lost").address - 0x2000_0000
+    assert run.machine.ram[lost : lost + 4] == bytes(4)
+
+
 def test_bench_busy_gets_round(start):
     run = start("bench-busy").record("PA0").to(300)
     assert len(run.edges_ms("PA0")) >= 2

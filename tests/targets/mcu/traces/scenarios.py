@@ -271,6 +271,7 @@ _OWN: dict[str, Scenario] = {
             span_ns=1300 * MS,
             inputs=drives("PA0", (50 * MS, True), (51 * MS, False), (1200 * MS, True), (1210 * MS, None)),
         ),
+        Scenario(image="bench-adc-dma", span_ns=8 * MS, inputs=puts("PA0", (0, 1.0), (4 * MS, 2.0))),
         Scenario(image="style-display", span_ns=20 * MS),
         Scenario(image="style-soft-i2c", span_ns=40 * MS),
         Scenario(image="style-registers", span_ns=1600 * MS),
