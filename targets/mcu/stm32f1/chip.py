@@ -239,12 +239,20 @@ class Stm32f103(BasicChip):
         if "ADC2" in there:
             self.adcs["ADC1"].join(self.adcs["ADC2"])
         self.spis = {
-            name: Spi(name, base, services, bus=bus, irq=irq, has_i2s="SPI3" in there and name != "SPI1")
+            name: Spi(
+                name,
+                base,
+                services,
+                bus=bus,
+                irq=irq,
+                has_i2s="SPI3" in there and name != "SPI1",
+                tx_left=partial(self._dma_of(f"{name}_TX").left, f"{name}_TX"),
+            )
             for name, (base, bus, irq) in SPIS.items()
             if name in there
         }
         self.i2cs = {
-            name: I2c(name, base, services, irq=irq, rx_left=partial(self._dmas[0].left, f"{name}_RX"))
+            name: I2c(name, base, services, irq=irq, rx_left=partial(self._dma_of(f"{name}_RX").left, f"{name}_RX"))
             for name, (base, irq) in I2CS.items()
             if name in there
         }
@@ -287,7 +295,10 @@ class Stm32f103(BasicChip):
                 timer.clock_failed()
 
     def _dma_request(self, name: str) -> DmaRequest:
-        return next((dma for dma in self._dmas if dma.serves(name)), self._dmas[0]).request(name)
+        return self._dma_of(name).request(name)
+
+    def _dma_of(self, name: str) -> Dma:
+        return next((dma for dma in self._dmas if dma.serves(name)), self._dmas[0])
 
     # --- for the machine
 

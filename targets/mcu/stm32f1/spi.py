@@ -11,12 +11,12 @@ Choices where the manual is silent:
 * NSS that is no pin's is low, as a floating pin reads.
 * CRC in a receive-only mode: the word after CRCNEXT was set is taken as the CRC.
 
-Not modelled: I2S; the CRC that DMA sends by itself; a slave that is clocked by the edges at its pins, which is noted.
+Not modelled: I2S; a slave that is clocked by the edges at its pins, which is noted.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import ClassVar
 
@@ -52,6 +52,7 @@ class Spi(Peripheral):
         bus: whose clock it is.
         irq: its interrupt.
         has_i2s: whether there are I2S registers, which are declared absent.
+        tx_left: returns how many words DMA has still to bring, for the CRC that follows them.
 
     Attributes:
         bus: the slaves outside.
@@ -69,8 +70,19 @@ class Spi(Peripheral):
         Register("I2SPR", I2SPR, 0, 0, fidelity=Fidelity.ABSENT, note=_NO_I2S),
     )
 
-    def __init__(self, name: str, base: int, services: Services, *, bus: str, irq: int, has_i2s: bool = False) -> None:
+    def __init__(
+        self,
+        name: str,
+        base: int,
+        services: Services,
+        *,
+        bus: str,
+        irq: int,
+        has_i2s: bool = False,
+        tx_left: Callable[[], int] = lambda: 1,
+    ) -> None:
         self._has_i2s = has_i2s
+        self._tx_left = tx_left
         super().__init__(name, base, services)
         self.bus = SpiBus()
         self._bus_clock = bus
@@ -131,8 +143,6 @@ class Spi(Peripheral):
 
     def write_CR2(self, value: int) -> None:
         """Enable interrupts and requests, and NSS as an output."""
-        if value & ~self[CR2] & TXDMAEN and self[CR1] & CRCEN:
-            self.note("unmodelled", "CR2.TXDMAEN", "with DMA the CRC is not sent by itself: set CRCNEXT")
         self[CR2] = value
         self._configure()
         self._update()
@@ -281,13 +291,18 @@ class Spi(Peripheral):
         elif self[CR1] & CRCEN:
             self[TXCRCR] = crc_of(self[TXCRCR], word, self[CRCPR], self._bits)
             self[RXCRCR] = crc_of(self[RXCRCR], received, self[CRCPR], self._bits)
-            if self._crc_next and self._waiting is None:
+            if self._waiting is None and (self._crc_next or self._last_of_dma):
                 self._crc_next, self._crc_word = False, True
                 self[CR1] &= ~CRCNEXT
                 if not self._receives_only:
                     self._waiting = self[TXCRCR]
         if not self._transmits_only:
             self._received(received)
+
+    @property
+    def _last_of_dma(self) -> bool:
+        """Whether DMA has nothing more to send: then the CRC follows by itself (RM0008 section 25.3.7)."""
+        return bool(self[CR2] & TXDMAEN) and self._tx_left() == 0
 
     def _received(self, word: int) -> None:
         if self[SR] & RXNE:

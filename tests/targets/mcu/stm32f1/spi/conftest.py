@@ -40,7 +40,18 @@ class Rig:
 
     def __init__(self, *, has_i2s=False, **dividers):
         self.chip = FakeChip(72_000_000, dividers)
-        self.spi = self.chip.add(Spi("SPI1", 0x4001_3000, self.chip.services, bus="APB2", irq=35, has_i2s=has_i2s))
+        self.tx_left = 1
+        self.spi = self.chip.add(
+            Spi(
+                "SPI1",
+                0x4001_3000,
+                self.chip.services,
+                bus="APB2",
+                irq=35,
+                has_i2s=has_i2s,
+                tx_left=lambda: self.tx_left,
+            )
+        )
         self.watch(Watch.NOBODY)
         self.chip.input("SPI1_NSS").drive(True)
 
