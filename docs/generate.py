@@ -338,6 +338,10 @@ def parts_page() -> str:
         "robot; `settings` changes what the tables have. Quirks of the originals are settings, each with the source "
         "that has it. *One step late* marks feedback: what the other part gave for the physics step before. How "
         "the two sensors work: [sensors.md](sensors.md).\n\n"
+        "Without a bench file, `hilbench run bluepill:my.elf --part display=ssd1306@I2C1` solders a part to the board: "
+        "behind `@` its bus (or `PB6/PB7`), then terminals and settings by commas, as in "
+        "`--part flash=w25q@SPI1,cs=PA4,megabits=32`. What a display shows at the end is saved by `--picture "
+        "display=shown.png`. Parts that feel a world need a bench file.\n\n"
         + "\n".join(_part(kind, part_class(kind)) for kind in PARTS)
     )
 

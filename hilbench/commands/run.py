@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from hilbench.benchfile.part_options import add_parts, with_parts
 from hilbench.benchfile.stimulus_options import add_stimuli, with_stimuli
 from hilbench.cli.journal_options import add_journal, check_journal
 from hilbench.errors import UsageError
@@ -36,6 +37,7 @@ def parser() -> Parser:
     add("--chip", metavar="PART", help="the chip that the board has instead of its own, such as STM32F103CB")
     add("--for", metavar="TIME", dest="for_ns", type=typed(arguments.duration_ns),
         help="bench time to run, such as 10s, 500ms, 2min (default: until the firmware ends, or Ctrl-C)")  # fmt: skip
+    add_parts(made)
     add_stimuli(made)
     add("--follow", action="store_true", help="print console text and events as they come")
     add("--edges", action="store_true",
@@ -68,7 +70,7 @@ def run(parsed: argparse.Namespace) -> int:
     if parsed.what is None and not DEFAULT_FILE.is_file():
         hint = f"write BOARD:IMAGE or a bench file; 'hilbench init' makes {DEFAULT_FILE}"
         raise UsageError(f"names nothing to run, and there is no {DEFAULT_FILE} here", where="run", hint=hint)
-    bench_file = with_stimuli(parsed, open_target(parsed.what, parsed.chip))
+    bench_file = with_stimuli(parsed, with_parts(parsed, open_target(parsed.what, parsed.chip)))
     outputs = [("--journal", parsed.journal), ("--vcd", parsed.vcd), ("--write-stimuli", parsed.write_stimuli)]
     outputs += (("--picture", file) for _, file in parsed.picture)
     files = (("--stimuli", Path(file_name(name))) for name in parsed.stimuli)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from hilbench.benchfile.part_options import add_parts, with_parts
 from hilbench.benchfile.stimulus_options import add_stimuli, with_stimuli
 from hilbench.cli.journal_options import add_journal, check_journal
 from hilbench.terminal import arguments, interruption
@@ -54,6 +55,7 @@ def parser() -> Parser:
         help="who is served where several come: all, the newest, the first (default: all)")  # fmt: skip
     add("--hangup", choices=("close", "ignore"), default="close",
         help="tell the target that the line is down when a client leaves, or nothing (default: close)")  # fmt: skip
+    add_parts(made)
     add_stimuli(made)
     add_journal(made)
     return made
@@ -82,7 +84,7 @@ def run(parsed: argparse.Namespace) -> int:
         journal=parsed.journal,
         journal_max=parsed.journal_max,
     )
-    bench_file = with_stimuli(parsed, open_target(options.what, parsed.chip))
+    bench_file = with_stimuli(parsed, with_parts(parsed, open_target(options.what, parsed.chip)))
     scene = None if options.scene is None else Path(options.scene)
     refuse_overwriting(options.outputs(), [*inputs_of(bench_file), ("the scene", scene)])
     refuse_writing_into([("--journal", options.journal)], ((f"--pty {door.path}", door.path) for door in options.ptys))

@@ -1,0 +1,97 @@
+"""``--part``: a part at a board that has no bench file."""
+
+from __future__ import annotations
+
+import argparse
+
+import pytest
+
+from hilbench.benchfile.bench_file import BusEnd, BusPins, PinEnd
+from hilbench.benchfile.part_options import with_parts
+from hilbench.benchfile.reader import open_bench
+from hilbench.cli import main
+from hilbench.errors import UsageError
+from hilbench.mcu.command_line import open_target
+from targets.firmware import image_path
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return open_target(f"bluepill:{image_path('style-flash')}")
+
+
+@pytest.fixture
+def solder(bench):
+    return lambda *texts: with_parts(argparse.Namespace(part=list(texts)), bench)
+
+
+def test_nothing_changes_nothing(solder, bench):
+    assert solder() is bench
+
+
+def test_a_bus_a_terminal_and_a_setting(solder):
+    made = solder("flash=w25q@spi1,cs=PA4,megabits=32")
+    plan = made.parts["flash"]
+    assert plan.buses == {"spi": BusEnd(board="bluepill", interface="SPI1")}
+    assert plan.settings.megabits == 32
+    (net,) = made.nets
+    assert net.pins == (PinEnd(board="bluepill", pin="PA4"),)
+
+
+def test_pins_take_the_place_of_an_interface(solder):
+    plan = solder("memory=at24c02@PB6/PB7,wp=3v3,write_ms=2.5").parts["memory"]
+    assert plan.buses == {"i2c": BusPins(board="bluepill", scl="PB6", sda="PB7")}
+    assert plan.settings.write_ms == 2.5
+
+
+def test_a_bus_may_be_named(solder):
+    assert solder("a=ssd1306,i2c=I2C2,sa0=true").parts["a"].settings.sa0
+
+
+def test_two_parts_share_a_bus(solder):
+    assert list(solder("a=at24c02@I2C1", "b=at24c02@I2C1,address_pins=1").parts) == ["a", "b"]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("display", "'display' is no part; write NAME=KIND@BUS"),
+        ("=ssd1306@I2C1", "is no part"),
+        ("a=ssd1307@I2C1", "no kind of part 'ssd1307'; did you mean 'ssd1306'?"),
+        ("a=ssd1306", "a: its bus 'i2c' leads nowhere"),
+        ("a=ssd1306@I2C7", "'bluepill' has no I2C interface 'I2C7'"),
+        ("a=ssd1306@PB6/PX1", "'bluepill' has no pin 'PX1'"),
+        ("a=ssd1306@PB6/", "'bluepill' has no pin ''"),
+        ("a=ssd1306@I2C1,rows", "'rows' is not KEY=VALUE"),
+        ("a=ssd1306@I2C1,row=32", "a ssd1306 has no 'row'; did you mean 'rows'?"),
+        ("a=ssd1306@I2C1,rows=33", "33 is not a value it takes; it takes: 32, 64"),
+        ("a=battery@I2C1", "a battery has no bus"),
+        ("a=mpu6050@I2C1", "a mpu6050 takes physical values, and there is no world; in a bench file: [world]"),
+        ("a=w25q@SPI1", "cs"),
+        ("bluepill=at24c02@I2C1", "'bluepill' is the name of a target already"),
+    ],
+)
+def test_what_is_wrong_is_said(solder, text, words):
+    with pytest.raises(UsageError) as caught:
+        solder(text)
+    assert str(caught.value).startswith("--part: ")
+    assert words in str(caught.value)
+
+
+def test_a_name_is_given_once(solder):
+    with pytest.raises(UsageError, match="two parts called a"):
+        solder("a=at24c02@I2C1", "a=at24c02@I2C2")
+
+
+def test_a_bench_file_has_its_own(tmp_path):
+    file = tmp_path / "b.toml"
+    file.write_text(f'version = 1\n[targets.brain]\nboard = "bluepill"\nfirmware = "{image_path("style-flash")}"\n')
+    with pytest.raises(UsageError, match="is for one board with an image; in a bench file"):
+        with_parts(argparse.Namespace(part=["a=at24c02@I2C1"]), open_bench(str(file)))
+
+
+def test_it_answers(tmp_path):
+    file = tmp_path / "shown.png"
+    words = ["run", f"bluepill:{image_path('style-display')}", "--for", "30ms"]
+    assert main([*words, "--part", "display=ssd1306@PB8/PB9", "--picture", f"display={file}"]) == 0
+    assert file.read_bytes().startswith(b"\x89PNG")
