@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import ClassVar
 
+from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
 from targets.mcu.stm32f1.densities import MEDIUM, Density
@@ -32,7 +33,15 @@ class Bkp(Peripheral):
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
-        Register("RTCCR", RTCCR, 0, 0x3FF, 0x380, note="the outputs of the RTC (CCO, ASOE, ASOS) are not modelled"),
+        Register(
+            "RTCCR",
+            RTCCR,
+            0,
+            0x3FF,
+            0x380,
+            fidelity=Fidelity.PARTLY,
+            note="the outputs of the RTC (CCO, ASOE, ASOS) are not modelled",
+        ),
         Register("CR", CR, 0, TPE | TPAL),
         Register("CSR", CSR, 0, CTE | CTI | TPIE),
     )

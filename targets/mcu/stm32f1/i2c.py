@@ -23,6 +23,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import ClassVar
 
+from targets.mcu.fidelity import Fidelity
 from targets.mcu.i2c_bus import I2cBus
 from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
@@ -60,10 +61,12 @@ class I2c(Peripheral):
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
-        Register("CR1", CR1, 0, 0xBFFB, ignored=SMBUS, note="SMBus and PEC are not modelled"),
+        Register(
+            "CR1", CR1, 0, 0xBFFB, SMBUS, fidelity=Fidelity.PARTLY, note="SMBus, PEC and slave mode are not modelled"
+        ),
         Register("CR2", CR2, 0, 0x1F3F),
-        Register("OAR1", OAR1, 0, 0xC3FF, note=_SLAVE),
-        Register("OAR2", OAR2, 0, 0xFF, note=_SLAVE),
+        Register("OAR1", OAR1, 0, 0xC3FF, fidelity=Fidelity.PARTLY, note=_SLAVE),
+        Register("OAR2", OAR2, 0, 0xFF, fidelity=Fidelity.PARTLY, note=_SLAVE),
         Register("DR", DR, 0, 0xFF),
         Register("SR1", SR1, 0, ERRORS),
         Register("SR2", SR2, 0, 0),

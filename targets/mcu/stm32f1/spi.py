@@ -39,6 +39,7 @@ RXNE, TXE, CRCERR, MODF, OVR, BSY = (1 << bit for bit in (0, 1, 4, 5, 6, 7))
 I2SMOD = 1 << 11
 
 _NO_I2S = "devices of medium density have no I2S"
+_SLAVE = "a slave is not clocked by the edges at its pins"
 _ABSENT_I2S = "I2S is not modelled: nothing is sent, nothing arrives"
 
 
@@ -59,7 +60,7 @@ class Spi(Peripheral):
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
-        Register("CR1", CR1, 0, 0xFFFF),
+        Register("CR1", CR1, 0, 0xFFFF, fidelity=Fidelity.PARTLY, note=_SLAVE),
         Register("CR2", CR2, 0, 0xE7),
         Register("SR", SR, TXE, CRCERR),
         Register("DR", DR, 0, 0xFFFF),
@@ -133,6 +134,8 @@ class Spi(Peripheral):
         self._saw_modf = False
         if (value ^ before) & (DFF | CRCEN) and before & value & SPE:
             self.note("misuse", "CR1", "DFF and CRCEN may be changed only while SPE is 0")
+        if value & ~before & SPE and not value & MSTR:
+            self.note("unmodelled", "CR1.MSTR", f"{_SLAVE}: no word ever arrives")
         self[CR1] = value
         if not value & before & CRCEN:
             self[RXCRCR] = self[TXCRCR] = 0

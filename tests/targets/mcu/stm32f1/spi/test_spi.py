@@ -219,6 +219,12 @@ class TestErrors:
         assert rig.chip.noted("misuse") == ["SPI1_DR", "SPI1_CR1"]
 
 
+def test_that_nobody_clocks_a_slave_is_noted(rig):
+    rig.poke("CR1", SPE)
+    rig.poke("CR1", SPE | SSM)
+    assert rig.chip.noted("unmodelled") == ["SPI1_CR1.MSTR"]
+
+
 class TestCrc:
     def test_vectors(self):
         """CRC-8 and CRC-16/XMODEM of "123456789", catalogue of parametrised CRC algorithms."""
