@@ -8,22 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from functools import partial
 from types import MappingProxyType
 
-from targets.mcu.i2c_bus import I2cSlave
-from targets.parts.mpu9250.chip import Chip
 from targets.parts.mpu9250.individual import Individual
-from targets.parts.mpu9250.interrupts import Interrupts
+from targets.parts.mpu9250.inertial import InertialPart, motion_quantities
 from targets.parts.mpu9250.model import Model
-from targets.parts.mpu9250.mpu9250 import SensorSlave, clock_phase, motion_quantities
-from targets.parts.mpu9250.notes import Notes
 from targets.parts.mpu9250.rates import Rates, filter_of
 from targets.parts.mpu9250.registers import REGISTERS, Reg, Register
-from targets.parts.mpu9250.sensing import Sensing
-from targets.parts.mpu9250.settings import Mpu9250Settings
+from targets.parts.mpu9250.settings import InertialSettings, Mpu9250Settings
 from targets.parts.noise import uniforms
-from targets.parts.part import Direction, Part, Ports, Terminal
+from targets.parts.part import Ports
 from targets.parts.settings import check_settings, setting
 
 __all__ = ["MPU6050", "Mpu6050", "Mpu6050Settings"]
@@ -98,7 +92,7 @@ MPU6050 = Model(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Mpu6050Settings:
+class Mpu6050Settings(InertialSettings):
     """Which one it is, and how it is mounted. What is seeded is drawn as for the MPU-9250.
 
     Raises:
@@ -110,20 +104,6 @@ class Mpu6050Settings:
     clock_tolerance_percent: float = setting(
         1.0, "%", f"{_PS} section 6.6: with the PLL of the gyroscope, seeded", least=0, greatest=5
     )
-    clock_error_percent: float = setting(0.0, "%", "choice: beyond what is drawn", least=-5, greatest=5)
-    clock_phase_percent: float = setting(
-        100.0,
-        "%",
-        "choice: how much of a sample period its clock may have gone when the program starts or changes it, seeded",
-        least=0,
-        greatest=100,
-    )
-    temperature_degc: float = setting(25.0, "degC", "choice: room temperature", least=-40, greatest=85)
-    mount_roll_deg: float = setting(
-        0.0, "deg", "choice: the sensor's axes are those of the body", least=-180, greatest=180
-    )
-    mount_pitch_deg: float = setting(0.0, "deg", "choice; turned about z, then y, then x", least=-180, greatest=180)
-    mount_yaw_deg: float = setting(0.0, "deg", "choice", least=-180, greatest=180)
     accel_noise_ug_rthz: float = setting(400.0, "ug/rtHz", f"{_PS} section 6.2", least=0)
     gyro_noise_dps_rthz: float = setting(0.005, "dps/rtHz", f"{_PS} section 6.1", least=0)
     zero_g_xy_mg: float = setting(50.0, "mg", f"{_PS} section 6.2: tolerance of x and y, seeded", least=0)
@@ -135,12 +115,10 @@ class Mpu6050Settings:
         check_settings(self)
 
 
-class Mpu6050(Part):
+class Mpu6050(InertialPart):
     """See the head of this file."""
 
-    TERMINALS = (Terminal(name="int", direction=Direction.OUT, text="interrupt"),)
     QUANTITIES = motion_quantities()
-    BUSES = ("i2c",)
     ABSENT = (
         "the digital motion processor",
         "the pins FSYNC and CLKIN",
@@ -153,42 +131,7 @@ class Mpu6050(Part):
 
     def __init__(self, settings: Mpu6050Settings, ports: Ports, *, seed: int) -> None:
         common = Mpu9250Settings(**asdict(settings))
-        individual = _individual(common, seed)
-        notes = Notes(ports.tell)
-        self._sensing = Sensing(MPU6050, common, individual, seed)
-        self._chip = Chip(
-            MPU6050,
-            self._sensing,
-            individual,
-            None,
-            Interrupts(ports.output("int")),
-            notes,
-            phase=partial(clock_phase, seed, settings.clock_phase_percent / 100),
-        )
-        self._slave = SensorSlave(self._chip, None, 0x69 if settings.ad0 else 0x68, notes)
-        self._ready_ns = round(settings.ready_ms * _MS)
-
-    def slave(self, name: str) -> I2cSlave:
-        """Return what answers on the bus; raises KeyError as `Part.slave` does."""
-        return {"i2c": self._slave}[name]
-
-    def power_on(self, now_ns: int) -> None:
-        """Begin to start up."""
-        self._chip.power_on(now_ns)
-        self._slave.ready_ns = now_ns + self._ready_ns
-
-    def after_step(self, from_ns: int, to_ns: int, before: Mapping[str, float], after: Mapping[str, float]) -> None:
-        """Take what happens to the body in the step."""
-        self._chip.keep_up(from_ns)
-        self._sensing.step(from_ns, to_ns, before, after)
-
-    def next_deadline_ns(self) -> int | None:
-        """When the interrupt pin may change next."""
-        return self._chip.next_event_ns
-
-    def advance(self, now_ns: int) -> None:
-        """Take the samples that are due."""
-        self._chip.advance(now_ns)
+        self.assemble(MPU6050, common, _individual(common, seed), ports, seed)
 
 
 def _individual(settings: Mpu9250Settings, seed: int) -> Individual:

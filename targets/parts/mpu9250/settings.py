@@ -6,27 +6,16 @@ from dataclasses import dataclass
 
 from targets.parts.settings import check_settings, setting
 
-__all__ = ["Mpu9250Settings"]
+__all__ = ["InertialSettings", "Mpu9250Settings"]
 
 _PS = "PS-MPU-9250A-01"
 _WMM = "WMM2020 for 34.6175 S, 58.3683 W (Buenos Aires), height 20 m, September 2021"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Mpu9250Settings:
-    """See the module. What is seeded is drawn once for each part: normal, a third of the tolerance, cut off at it.
+class InertialSettings:
+    """What each sensor of the family has."""
 
-    Raises:
-        ValueError: a value makes no sensor.
-    """
-
-    ad0: bool = setting(False, "", f"{_PS} section 4.4: AD0 low is address 0x68, high 0x69")
-    ready_ms: float = setting(
-        11.0, "ms", f"{_PS} section 3.4.2, typical: no acknowledge after power-on before", least=0
-    )
-    clock_tolerance_percent: float = setting(
-        1.0, "%", f"{_PS} sections 3.4.2 and 4.15: with the PLL of the gyroscope, seeded", least=0, greatest=5
-    )
     clock_error_percent: float = setting(0.0, "%", "choice: beyond what is drawn", least=-5, greatest=5)
     clock_phase_percent: float = setting(
         100.0,
@@ -41,6 +30,23 @@ class Mpu9250Settings:
     )
     mount_pitch_deg: float = setting(0.0, "deg", "choice; turned about z, then y, then x", least=-180, greatest=180)
     mount_yaw_deg: float = setting(0.0, "deg", "choice", least=-180, greatest=180)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mpu9250Settings(InertialSettings):
+    """See the module. What is seeded is drawn once for each part: normal, a third of the tolerance, cut off at it.
+
+    Raises:
+        ValueError: a value makes no sensor.
+    """
+
+    ad0: bool = setting(False, "", f"{_PS} section 4.4: AD0 low is address 0x68, high 0x69")
+    ready_ms: float = setting(
+        11.0, "ms", f"{_PS} section 3.4.2, typical: no acknowledge after power-on before", least=0
+    )
+    clock_tolerance_percent: float = setting(
+        1.0, "%", f"{_PS} sections 3.4.2 and 4.15: with the PLL of the gyroscope, seeded", least=0, greatest=5
+    )
     accel_noise_ug_rthz: float = setting(300.0, "ug/rtHz", f"{_PS} section 3.2, low noise mode", least=0)
     gyro_noise_dps_rthz: float = setting(0.01, "dps/rtHz", f"{_PS} section 3.1", least=0)
     mag_noise_ut: float = setting(0.3, "uT rms", "assumed: two steps of the 16-bit output", least=0)
