@@ -25,6 +25,8 @@ from targets.mcu.registers import Register
 from targets.mcu.services import DmaRequest
 from targets.mcu.stm32.adc_format import BITS, aligned
 from targets.mcu.stm32.adc_unit import ADON, ALIGN, CONT, CR1, CR2, DISCEN, DR, EOC, JAUTO, SR, Unit
+from targets.mcu.stm32.converters import Ends
+from targets.mcu.timebase import Event, Timebase
 
 __all__ = ["EXTTRIG", "JEXTTRIG", "REGISTERS", "F1Unit", "RequestLine"]
 
@@ -92,11 +94,17 @@ class F1Unit(Unit):
     on_injected: Callable[[Callable[[], None]], None] = staticmethod(lambda start: start())
     on_injected_end: Callable[[], None] = staticmethod(lambda: None)
     held = False
-    _calibrating = False
+
+    def __init__(self, name: str, time: Timebase, ends: Ends) -> None:
+        super().__init__(name, time, ends)
+        self._calibrations: dict[int, Event] = {}
 
     def reset(self) -> None:
         """Go to the state after reset."""
-        self._calibrating = self.held = False
+        for event in self._calibrations.values():
+            self._time.cancel(event)
+        self._calibrations.clear()
+        self.held = False
         super().reset()
 
     # --- what it is asked for
@@ -176,14 +184,14 @@ class F1Unit(Unit):
                 if not self.on:
                     self._note("misuse", "CR2.CAL", "a converter has to be on for two of its clocks to be calibrated")
                 self.values[CR2] |= bit
-                self._calibrating = True
-                self._time.after(clocks * max(self.clock_cycles, 1), partial(self._calibrated, bit))
+                end = self._time.after(clocks * max(self.clock_cycles, 1), partial(self._calibrated, bit))
+                self._calibrations[bit] = end
 
     def _calibrated(self, bit: int) -> None:
         self.values[CR2] &= ~bit
         if bit == CAL:
             self.values[DR] = 0
-        self._calibrating = bool(self.values[CR2] & (CAL | RSTCAL))
+        self._calibrations.pop(bit)
 
     # --- triggers
 
@@ -214,9 +222,9 @@ class F1Unit(Unit):
             self._update()
 
     def _may_start(self) -> bool:
-        if self._calibrating:
+        if self._calibrations:
             self._note("misuse", "CR2.CAL", "a conversion was started during the calibration: it is not made")
-        return self.on and not self._calibrating
+        return self.on and not self._calibrations
 
     def _start_regular(self) -> None:
         if self._may_start():

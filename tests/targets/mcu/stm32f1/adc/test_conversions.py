@@ -389,6 +389,18 @@ class TestCalibration:
             assert not rig.peek("CR2") & bit
         assert rig.chip.noted("misuse") == []
 
+    def test_a_reset_ends_it(self, rig):
+        rig.on()
+        rig.poke("CR2", rig.peek("CR2") | CAL)
+        rig.clocks(40)
+        rig.adcs[0].reset()
+        rig.on()
+        rig.poke("CR2", rig.peek("CR2") | CAL)
+        rig.clocks(82)
+        assert rig.peek("CR2") & CAL
+        rig.clocks(1)
+        assert not rig.peek("CR2") & CAL
+
     def test_of_a_converter_that_is_off_is_noted(self, rig):
         rig.poke("CR2", CAL)
         rig.clocks(83)
