@@ -10,6 +10,7 @@ Choices, besides those of `targets.mcu.stm32.adc_unit`:
 * The converter is ideal, calibrated or not: a calibration takes the 83 clocks of DS5319 and finds the code 0. RSTCAL
   takes 2 clocks. A calibration of a converter that is off takes as long, and is noted. A group that is to be started
   while one is under way is not, which is noted.
+* A request is made at the end of a conversion alone: DMA that is set later asks for none of those before.
 * EOC rises at the end of an injected group as well: its description in ADC_SR says "regular or injected".
 * Without ADON a start has no effect; a start within 1 us of ADON (t_STAB) is noted.
 """
@@ -24,7 +25,25 @@ from typing import ClassVar
 from targets.mcu.registers import Register
 from targets.mcu.services import DmaRequest
 from targets.mcu.stm32.adc_format import BITS, aligned
-from targets.mcu.stm32.adc_unit import ADON, ALIGN, CONT, CR1, CR2, DISCEN, DR, EOC, JAUTO, SR, Unit
+from targets.mcu.stm32.adc_sequences import Group
+from targets.mcu.stm32.adc_unit import (
+    ADON,
+    ALIGN,
+    CONT,
+    CR1,
+    CR2,
+    DISCEN,
+    DMA,
+    DR,
+    EOC,
+    JAUTO,
+    JSQR,
+    SQR1,
+    SQR2,
+    SQR3,
+    SR,
+    Unit,
+)
 from targets.mcu.stm32.converters import Ends
 from targets.mcu.timebase import Event, Timebase
 
@@ -109,6 +128,27 @@ class F1Unit(Unit):
 
     # --- what it is asked for
 
+    def write(self, offset: int, value: int) -> None:
+        """Write a register; another sequence begins the group under way anew (RM0008 section 11.3.3)."""
+        before = self.values[offset]
+        super().write(offset, value)
+        if value == before:
+            return
+        if offset in (SQR1, SQR2, SQR3):
+            self._begin_anew(self._regular, super()._start_regular)
+        elif offset == JSQR:
+            self._begin_anew(self._injected, super()._start_injected)
+
+    def _begin_anew(self, group: Group, start: Callable[[], None]) -> None:
+        if not group.active:
+            return
+        group.reset()
+        if self._converting is group:
+            self._time.cancel(self._event)
+            self._converting = None
+        start()
+        self._update()
+
     def start_regular(self) -> None:
         """Start the regular group, if it is not under way."""
         self._start_regular()
@@ -152,6 +192,8 @@ class F1Unit(Unit):
             self._power_off()
         elif not before & ADON:
             self._on_since = self._time.seconds(self._time.now)
+        if not value & DMA:
+            self._unread = False
         self._calibrate(value & ~before)
         self._listen()
         starts = value & before & ADON
@@ -250,7 +292,7 @@ class F1Unit(Unit):
     def _keep_regular(self) -> None:
         cr1, cr2 = self.values[CR1], self.values[CR2]
         self.values[DR] = aligned(self._sampled, BITS[0], left=bool(cr2 & ALIGN))
-        self._unread = True
+        self._unread = bool(cr2 & DMA)
         self._regular.advance()
         ended = not self._regular.active
         if ended or cr1 & DISCEN:
