@@ -13,6 +13,8 @@ from hypothesis import strategies as st
 
 from hilbench.benchfile.reader import open_bench
 from hilbench.benchfile.stimulus import Hold, Ramp, Reset, Send, Square, Stick, parse_stimulus
+from hilbench.benchfile.stimulus_options import with_stimuli
+from hilbench.commands.run import parser
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.mcu.command_line import open_target
 from hilbench.mcu.emulated import EmulatedBench
@@ -127,6 +129,9 @@ def test_bytes_of_a_file(parse, tmp_path):
         ("usart3=@nowhere", "cannot be read"),
         ("usart3=@nul\0", "cannot be read"),
         ("usart3=hex:0", "no hexadecimal"),
+        ("usart3=@/dev/zero", "more than the 64 MB"),
+        ("usart3=\udcff", "no UTF-8"),
+        (f"PA5={'9' * 5000}Hz", "nothing that a pin can get"),
         ("usart3=\\q", "is no escape"),
         ("usart3=\\x4", "is no escape"),
         ("usart3=\\", "is no escape"),
@@ -141,6 +146,57 @@ def test_what_is_wrong_is_said(parse, text, message):
 def test_no_line_raises_anything_else(boards, text):
     with contextlib.suppress(ValueError):
         parse_stimulus(text, boards, Path("/nowhere"))
+
+
+@pytest.fixture
+def options():
+    """What a command line makes of its options."""
+
+    def make(*arguments):
+        bench_file = open_target(f"nucleo-f767zi:{image_path('f767-pins')}")
+        return [one.action for one in with_stimuli(parser().parse_args(arguments), bench_file).stimuli]
+
+    return make
+
+
+def test_options_say_what_they_are_about(options):
+    made = options("--volts", "PC6=1.5", "--volts", "1s:PC6=0V..1V/1s", "--send", "usart3=x", "--at", "PA5=1")
+    assert made == [
+        Hold(value=True),
+        Hold(value=1.5),
+        Ramp(from_volts=0.0, to_volts=1.0, in_ns=1000 * MS),
+        Send(data=b"x"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("option", "text", "message"),
+    [
+        ("--volts", "usart3=5", "no voltage at a pin"),
+        ("--volts", "PC6=1/5ms", "no voltage at a pin"),
+        ("--volts", "reset=press", "no voltage at a pin"),
+        ("--send", "PC6=1", "nothing for a serial line"),
+    ],
+)
+def test_an_option_refuses_what_is_not_its_own(options, option, text, message):
+    with pytest.raises(UsageError, match=f"{option}: .*{message}"):
+        options(option, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("stimuli = [1]", "must be a text"),
+        ("stimuli = 1", "must be a list"),
+        ("stimulus = ['PA5=1']", "unknown key 'stimulus'"),
+        ("stimuli = ['PA5=9V']", "9 V is more"),
+    ],
+)
+def test_a_file_that_is_wrong_is_named_with_its_place(options, tmp_path, text, message):
+    file = tmp_path / "s.toml"
+    file.write_text(text)
+    with pytest.raises(UsageError, match=rf"s\.toml:1: .*{message}"):
+        options("--stimuli", str(file))
 
 
 def test_a_board_must_be_named_where_there_are_several(bench_file):
