@@ -1,7 +1,8 @@
 """Writes what boards did as stimuli, so that another run can do it to a board.
 
 Slow pins are written edge by edge, fast ones as the square wave that the journal has of them, bytes as they were sent.
-Pins that a stimulus drives are left out. The file is whole after each line, whenever the run ends.
+Pins that a stimulus drives are left out; one that is faster than a stimulus may be is let go, and a remark says so.
+The file is whole after each line, whenever the run ends.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from hilbench.benchfile.stimulus import FASTEST_HZ
 from hilbench.clock import NS_PER_S
 from hilbench.errors import UnavailableError
 from hilbench.mcu.emulated import EmulatedBench
@@ -81,15 +83,18 @@ class StimulusWriter:
             wave = _wave(event["period_ns"], event["high_ns"])
             if self._waves.get(pin) != wave:
                 self._waves[pin] = wave
-                self._write(event["ns"], pin, wave)
+                if Fraction(NS_PER_S, event["period_ns"]) > FASTEST_HZ:
+                    self._write(event["ns"], pin, "z", f"  # {wave}: faster than a stimulus may be")
+                else:
+                    self._write(event["ns"], pin, wave)
 
-    def _write(self, ns: int, source: str, value: str) -> None:
+    def _write(self, ns: int, source: str, value: str, remark: str = "") -> None:
         target = source if self._several else source.partition(".")[2]
         whole, rest = divmod(ns, NS_PER_S)
         time = f"{whole}.{rest:09}".rstrip("0").rstrip(".")
         try:
             self._file.seek(self._place)
-            self._file.write(f"  {json.dumps(f'{time}s:{target}={value}')},\n")
+            self._file.write(f"  {json.dumps(f'{time}s:{target}={value}')},{remark}\n")
             self._place = self._file.tell()
             self._file.write(_END)
             self._file.flush()
@@ -103,7 +108,7 @@ class StimulusWriter:
 
 def _wave(period_ns: int, high_ns: int) -> str:
     hz, duty = Fraction(NS_PER_S, period_ns), Fraction(100 * high_ns, period_ns)
-    return f"{float(hz):.6f}".rstrip("0").rstrip(".") + f"Hz/{float(duty):.4f}".rstrip("0").rstrip(".") + "%"
+    return f"{float(hz):.6f}".rstrip("0").rstrip(".") + f"Hz/{float(duty):.9f}".rstrip("0").rstrip(".") + "%"
 
 
 def _text(data: bytes) -> str:

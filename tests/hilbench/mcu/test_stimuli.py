@@ -399,6 +399,19 @@ def test_a_stuck_bus(tmp_path):
     emulated.close()
 
 
+def test_the_next_one_for_the_same_bus_counts(tmp_path):
+    emulated = EmulatedBench(open_target(f"nucleo-f767zi:{image_path('f767-demo')}"))
+    board = boards_under_test(emulated)["nucleo-f767zi"]
+    board.stimulate("1ms:i2c1=stuck/2ms")
+    board.stimulate("2ms:i2c1=stuck/3ms")
+    stuck = []
+    for _ in range(6):
+        board.run(0.00099)
+        stuck.append(board.i2c("I2C1").stuck)
+    assert stuck == [False, True, True, True, True, False]
+    emulated.close()
+
+
 def test_in_a_test_the_time_is_counted_from_now(stimulated):
     emulated = stimulated("1ms:PA1=1")
     board = boards_under_test(emulated)["brain"]
@@ -453,6 +466,25 @@ def test_a_fast_pin_is_written_as_a_square_wave(emulate, tmp_path):
     action = parse_stimulus(waves[0], emulated.bench_file.boards, Path()).action
     assert abs(action.hz - 20_000) < 10
     assert abs(action.duty - Fraction(3, 10)) < Fraction(1, 1000)
+
+
+def test_a_pin_that_is_too_fast_is_let_go(emulate, tmp_path):
+    file = tmp_path / "did.toml"
+    writer = StimulusWriter(file, emulated := emulate(idle))
+    emulated.bench.record("pwm", "brain.PA8", period_ns=28, high_ns=14)
+    writer.close()
+    assert "# 35714285.714286Hz/50%: faster than a stimulus may be" in file.read_text()
+    assert tomllib.loads(file.read_text())["stimuli"] == ["0s:PA8=z"]
+    emulated.close()
+
+
+def test_a_short_pulse_has_its_duty(emulate, tmp_path):
+    writer = StimulusWriter(tmp_path / "did.toml", emulated := emulate(idle))
+    emulated.bench.record("pwm", "brain.PA8", period_ns=100 * MS, high_ns=14)
+    writer.close()
+    (line,) = tomllib.loads((tmp_path / "did.toml").read_text())["stimuli"]
+    assert parse_stimulus(line, emulated.bench_file.boards, Path()).action.duty == Fraction(14, 100 * MS)
+    emulated.close()
 
 
 def test_a_file_that_cannot_be_written_is_named(emulate, tmp_path):
