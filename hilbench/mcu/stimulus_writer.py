@@ -43,7 +43,7 @@ class StimulusWriter:
         self._lines = frozenset(emulated.ports)
         self._pins = frozenset(f"{name}.{pin.name}" for name, one in emulated.machines.items() for pin in one.chip.pins)
         self._driven = frozenset(f"{one.board}.{one.target}" for one in emulated.bench_file.stimuli)
-        self._waves: dict[str, str] = {}
+        self._waves: dict[str, tuple[str, int]] = {}  # and since when
         try:
             self._file = path.open("w", encoding="ascii")
             self._file.write(_HEAD)
@@ -76,17 +76,30 @@ class StimulusWriter:
             self._take_pin(event, source)
 
     def _take_pin(self, event: Mapping[str, Any], pin: str) -> None:
+        wave, begun_ns = self._waves.get(pin, ("", -1))
         if event["kind"] == "pin":
-            self._waves.pop(pin, None)
-            self._write(event["ns"], pin, _LEVELS[event["level"]])
-        elif event["kind"] == "pwm" and event.get("period_ns") and event.get("high_ns"):
-            wave = _wave(event["period_ns"], event["high_ns"])
-            if self._waves.get(pin) != wave:
-                self._waves[pin] = wave
-                if Fraction(NS_PER_S, event["period_ns"]) > FASTEST_HZ:
-                    self._write(event["ns"], pin, "z", f"  # {wave}: faster than a stimulus may be")
-                else:
-                    self._write(event["ns"], pin, wave)
+            if begun_ns != event["ns"]:  # else it is the level with which the wave begins
+                self._end_wave(event, pin)
+        elif event["kind"] != "pwm":
+            return
+        elif _goes_on(event):
+            self._begin_wave(event, pin, wave)
+        elif wave:
+            self._end_wave(event, pin)
+
+    def _begin_wave(self, event: Mapping[str, Any], pin: str, before: str) -> None:
+        wave = _wave(event["period_ns"], event["high_ns"])
+        if wave == before:
+            return
+        self._waves[pin] = (wave, event["ns"])
+        if Fraction(NS_PER_S, event["period_ns"]) > FASTEST_HZ:
+            self._write(event["ns"], pin, "z", f"  # {wave}: faster than a stimulus may be")
+        else:
+            self._write(event["ns"], pin, wave)
+
+    def _end_wave(self, event: Mapping[str, Any], pin: str) -> None:
+        self._waves.pop(pin, None)
+        self._write(event["ns"], pin, _LEVELS[event["level"]])
 
     def _write(self, ns: int, source: str, value: str, remark: str = "") -> None:
         target = source if self._several else source.partition(".")[2]
@@ -104,6 +117,14 @@ class StimulusWriter:
     def _cannot(self, error: OSError) -> UnavailableError:
         reason = error.strerror or str(error)
         return UnavailableError(f"the stimuli cannot be written: {reason}", where=str(self._path))
+
+
+def _goes_on(event: Mapping[str, Any]) -> bool:
+    """Say whether there is a wave still: what was counted names its last period, however long ago that was."""
+    period_ns = event.get("period_ns")
+    if not period_ns or not event.get("high_ns"):
+        return False
+    return "duty" in event or event["edges"] * period_ns >= event["in_ns"]
 
 
 def _wave(period_ns: int, high_ns: int) -> str:

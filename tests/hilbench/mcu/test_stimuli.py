@@ -468,10 +468,41 @@ def test_a_fast_pin_is_written_as_a_square_wave(emulate, tmp_path):
     assert abs(action.duty - Fraction(3, 10)) < Fraction(1, 1000)
 
 
+def test_a_square_wave_that_ends_is_written_to_its_end(emulate, tmp_path):
+    def program(machine):
+        machine.output("PA8")
+        for edge in range(2001):
+            level = not edge % 2
+            machine.at_ns(edge * 25_000, lambda level=level: machine.chip.pins["PA8"].set_latch(level))
+
+    file = tmp_path / "did.toml"
+    writer = StimulusWriter(file, emulated := emulate(program))
+    emulated.bench.run_for(0.35)
+    emulated.close()
+    writer.close()
+    wave, end = tomllib.loads(file.read_text())["stimuli"][-2:]
+    assert wave.startswith("0.1s:PA8=20000Hz")
+    assert end == "0.2s:PA8=1"
+
+
+def test_a_wave_of_a_clock_is_not_ended_by_the_level_it_begins_with(emulate, tmp_path):
+    file = tmp_path / "did.toml"
+    writer = StimulusWriter(file, emulated := emulate(idle))
+    record = emulated.bench.record
+    record("pwm", "brain.PA8", edges=0, in_ns=0, period_ns=125, high_ns=62, duty=0.5, level=False)
+    record("pin", "brain.PA8", level=False)
+    assert [line.partition("/")[0] for line in tomllib.loads(file.read_text())["stimuli"]] == ["0s:PA8=8000000Hz"]
+    emulated.bench.run_for(0.001)
+    record("pwm", "brain.PA8", edges=16_000, in_ns=MS, level=False)
+    writer.close()
+    assert tomllib.loads(file.read_text())["stimuli"][-1] == "0.001s:PA8=0"
+    emulated.close()
+
+
 def test_a_pin_that_is_too_fast_is_let_go(emulate, tmp_path):
     file = tmp_path / "did.toml"
     writer = StimulusWriter(file, emulated := emulate(idle))
-    emulated.bench.record("pwm", "brain.PA8", period_ns=28, high_ns=14)
+    emulated.bench.record("pwm", "brain.PA8", period_ns=28, high_ns=14, duty=0.5)
     writer.close()
     assert "# 35714285.714286Hz/50%: faster than a stimulus may be" in file.read_text()
     assert tomllib.loads(file.read_text())["stimuli"] == ["0s:PA8=z"]
@@ -480,7 +511,7 @@ def test_a_pin_that_is_too_fast_is_let_go(emulate, tmp_path):
 
 def test_a_short_pulse_has_its_duty(emulate, tmp_path):
     writer = StimulusWriter(tmp_path / "did.toml", emulated := emulate(idle))
-    emulated.bench.record("pwm", "brain.PA8", period_ns=100 * MS, high_ns=14)
+    emulated.bench.record("pwm", "brain.PA8", period_ns=100 * MS, high_ns=14, duty=0.0)
     writer.close()
     (line,) = tomllib.loads((tmp_path / "did.toml").read_text())["stimuli"]
     assert parse_stimulus(line, emulated.bench_file.boards, Path()).action.duty == Fraction(14, 100 * MS)
