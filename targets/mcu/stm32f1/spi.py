@@ -121,6 +121,8 @@ class Spi(Peripheral):
         self._saw_modf = False
         if (value ^ before) & (DFF | CRCEN) and before & value & SPE:
             self.note("misuse", "CR1", "DFF and CRCEN may be changed only while SPE is 0")
+        if value & ~before & CRCNEXT and value & CRCEN and self._master and not self._busy:
+            self.note("misuse", "CR1.CRCNEXT", "set while no word is under way: the CRC follows the next one")
         self[CR1] = value
         if not value & before & CRCEN:
             self[RXCRCR] = self[TXCRCR] = 0

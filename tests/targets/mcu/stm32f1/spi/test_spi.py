@@ -303,6 +303,19 @@ class TestCrc:
         rig.poke("SR", 0)
         assert "CRCERR" not in rig.flags()
 
+    def test_crcnext_too_late_is_noted(self, rig):
+        """RM0008 section 25.3.6: as soon as the last word was written. Who waits for the CRC waits for ever."""
+        rig.slave()
+        rig.master(CRCEN)
+        rig.poke("DR", 1)
+        rig.poke("CR1", MASTER | CRCEN | CRCNEXT)
+        rig.clocks(16)
+        assert rig.chip.noted("misuse") == []
+        rig.poke("CR1", MASTER | CRCEN)
+        rig.poke("CR1", MASTER | CRCEN | CRCNEXT)
+        rig.clocks(16)
+        assert rig.chip.noted("misuse") == ["SPI1_CR1.CRCNEXT"]
+
     def test_crcen_begins_anew(self, rig):
         rig.slave()
         rig.master(CRCEN)
