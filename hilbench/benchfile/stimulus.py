@@ -44,11 +44,13 @@ HIGHEST_VOLTS = 5.5
 """No pin of these chips takes more, whatever its kind (DS5319 table 7: VDD + 4.0 V at most, with VDD from 2 V)."""
 FASTEST_HZ = 10_000_000
 """Of a square wave: each edge is an event of its own (choice)."""
+MOST_BYTES = 64_000_000
+"""Of a file that is sent, so that a device without an end is none (choice)."""
 
 _LINE = re.compile(r"(?:(?P<time>[^:=]*):)?(?P<target>[^:=]+)=(?P<value>.*)", re.DOTALL)
 _TIME = re.compile(r"(?P<at>[^+*]+)(\+(?P<every>[^+*]+)(\*(?P<times>[1-9]\d{0,8}))?)?", re.ASCII)
 _ZERO = re.compile(r"0(\.0*)?(us|ms|s|min|h)", re.ASCII)
-_NUMBER = r"\d+(?:\.\d+)?"
+_NUMBER = r"\d{1,20}(?:\.\d{1,20})?"
 _VOLTS = re.compile(rf"({_NUMBER})V", re.ASCII)
 _RAMP = re.compile(rf"({_NUMBER})V\.\.({_NUMBER})V", re.ASCII)
 _WAVE = re.compile(rf"({_NUMBER})(m|k|M)?Hz", re.ASCII)
@@ -311,15 +313,22 @@ def _send(value: str, folder: Path) -> Send:
     if value.startswith("@"):
         file = folder / file_name(value[1:])
         try:
-            return Send(data=file.read_bytes(), file=file)
+            with file.open("rb") as opened:
+                data = opened.read(MOST_BYTES + 1)
         except (OSError, ValueError) as error:
             raise ValueError(f"{file} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+        if len(data) > MOST_BYTES:
+            raise ValueError(f"{file} has more than the {MOST_BYTES // 1_000_000} MB that can be sent")
+        return Send(data=data, file=file)
     if value.startswith("hex:"):
         try:
             return Send(data=bytes.fromhex(value[4:]))
         except ValueError:
             raise ValueError(f"'{value[4:]}' is no hexadecimal; write two digits a byte: hex:0d0a") from None
-    return Send(data=_unescaped(value))
+    try:
+        return Send(data=_unescaped(value))
+    except UnicodeEncodeError:
+        raise ValueError("the text has bytes that are no UTF-8; write them as \\xNN or hex:") from None
 
 
 def _unescaped(text: str) -> bytes:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from hilbench.benchfile.bench_file import BenchFile
-    from hilbench.benchfile.stimulus import Stimulus
+    from hilbench.benchfile.stimulus import Action, Stimulus
     from hilbench.terminal.parser import Parser
 
 __all__ = ["add_stimuli", "with_stimuli"]
@@ -43,16 +43,34 @@ def with_stimuli(parsed: argparse.Namespace, bench_file: BenchFile) -> BenchFile
 
 
 def _of_options(parsed: argparse.Namespace, bench_file: BenchFile) -> Iterator[Stimulus]:
-    from hilbench.benchfile.stimulus import parse_stimulus
+    from hilbench.benchfile.stimulus import Hold, Ramp, Send, parse_stimulus
     from hilbench.errors import UsageError
 
+    def are_volts(action: Action) -> bool:
+        return isinstance(action, Ramp) or (isinstance(action, Hold) and isinstance(action.value, float))
+
+    def is_sent(action: Action) -> bool:
+        return isinstance(action, Send)
+
     volts = [f"{text}V" if _BARE_VOLTS.search(text) else text for text in parsed.volts]
-    for option, texts in (("--at", parsed.at), ("--volts", volts), ("--send", parsed.send)):
+    for option, texts, fits, what in (
+        ("--at", parsed.at, lambda _action: True, ""),
+        ("--volts", volts, are_volts, "no voltage at a pin"),
+        ("--send", parsed.send, is_sent, "nothing for a serial line"),
+    ):
         for text in texts:
             try:
-                yield parse_stimulus(text, bench_file.boards, Path())
+                stimulus = parse_stimulus(text, bench_file.boards, Path())
             except ValueError as error:
                 raise UsageError(str(error), where=option) from None
+            if not fits(stimulus.action):
+                raise UsageError(f"'{text}' is {what}", where=option, hint="--at takes any stimulus")
+            yield stimulus
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _StimulusFile:
+    stimuli: tuple[str, ...] = ()
 
 
 def _of_files(files: list[str], bench_file: BenchFile) -> Iterator[Stimulus]:
@@ -64,11 +82,7 @@ def _of_files(files: list[str], bench_file: BenchFile) -> Iterator[Stimulus]:
     for name in files:
         file = TomlFile(Path(file_name(name)), "file of stimuli")
         strict = Strict(file.place)
-        strict.convert(file.data, dict[str, tuple[str, ...]])
-        for key in file.data:
-            if key != "stimuli":
-                raise strict.error(f"unknown key '{key}'", (key,), 'write stimuli = ["1s:PC13=0"]')
-        for number, text in enumerate(file.data.get("stimuli", ())):
+        for number, text in enumerate(strict.convert(file.data, _StimulusFile).stimuli):
             try:
                 yield parse_stimulus(text, bench_file.boards, file.path.parent)
             except ValueError as error:

@@ -1,7 +1,7 @@
 """Does stimuli: drives pins, sends bytes, pushes buttons, at their bench time.
 
 What happens to a pin happens at the first cycle of its chip that is not before the time. Bytes follow each other at the
-rate of the line. What one stimulus does to a pin ends with the next one for the same pin. Each is an event of the
+rate of the line. What one stimulus does to a pin or a bus ends with the next one for the same. Each is an event of the
 journal.
 """
 
@@ -115,7 +115,7 @@ class Stimuli:
             case Reset():
                 return partial(machine.reset, "PIN")
             case Stick():
-                return partial(self._stick, machine, stimulus.target, action)
+                return partial(self._stick, stimulus.board, stimulus.target, action)
             case Ramp():
                 return partial(self._ramp, stimulus.board, stimulus.target, action)
             case Hold() | Square():
@@ -147,11 +147,18 @@ class Stimuli:
             _drive(self._machines[board].chip.pins[name], value)
             self._go_on(board, name, turn, course)
 
-    def _stick(self, machine: Machine, interface: str, action: Stick) -> None:
+    def _stick(self, board: str, interface: str, action: Stick) -> None:
+        machine = self._machines[board]
         bus = machine.chip.i2cs[interface.upper()].bus
+        turn = self._next_turn(board, interface)
         (bus.stick if action.stuck else bus.unstick)()
+
+        def let_go() -> None:
+            if self._turns[board, interface] == turn:
+                bus.unstick()
+
         if action.for_ns:
-            machine.at_ns(machine.now_ns + action.for_ns, bus.unstick)
+            machine.at_ns(machine.now_ns + action.for_ns, let_go)
 
 
 def _drive(pin: Pin, value: bool | float | None) -> None:

@@ -1,7 +1,8 @@
 """Writes what boards did as stimuli, so that another run can do it to a board.
 
 Slow pins are written edge by edge, fast ones as the square wave that the journal has of them, bytes as they were sent.
-Pins that a stimulus drives are left out. The file is whole after each line, whenever the run ends.
+Pins that a stimulus drives are left out; one that is faster than a stimulus may be is let go, and a remark says so.
+The file is whole after each line, whenever the run ends.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from hilbench.benchfile.stimulus import FASTEST_HZ
 from hilbench.clock import NS_PER_S
 from hilbench.errors import UnavailableError
 from hilbench.mcu.emulated import EmulatedBench
@@ -41,7 +43,7 @@ class StimulusWriter:
         self._lines = frozenset(emulated.ports)
         self._pins = frozenset(f"{name}.{pin.name}" for name, one in emulated.machines.items() for pin in one.chip.pins)
         self._driven = frozenset(f"{one.board}.{one.target}" for one in emulated.bench_file.stimuli)
-        self._waves: dict[str, str] = {}
+        self._waves: dict[str, tuple[str, int]] = {}  # and since when
         try:
             self._file = path.open("w", encoding="ascii")
             self._file.write(_HEAD)
@@ -74,22 +76,38 @@ class StimulusWriter:
             self._take_pin(event, source)
 
     def _take_pin(self, event: Mapping[str, Any], pin: str) -> None:
+        wave, begun_ns = self._waves.get(pin, ("", -1))
         if event["kind"] == "pin":
-            self._waves.pop(pin, None)
-            self._write(event["ns"], pin, _LEVELS[event["level"]])
-        elif event["kind"] == "pwm" and event.get("period_ns") and event.get("high_ns"):
-            wave = _wave(event["period_ns"], event["high_ns"])
-            if self._waves.get(pin) != wave:
-                self._waves[pin] = wave
-                self._write(event["ns"], pin, wave)
+            if begun_ns != event["ns"]:  # else it is the level with which the wave begins
+                self._end_wave(event, pin)
+        elif event["kind"] != "pwm":
+            return
+        elif _goes_on(event):
+            self._begin_wave(event, pin, wave)
+        elif wave:
+            self._end_wave(event, pin)
 
-    def _write(self, ns: int, source: str, value: str) -> None:
+    def _begin_wave(self, event: Mapping[str, Any], pin: str, before: str) -> None:
+        wave = _wave(event["period_ns"], event["high_ns"])
+        if wave == before:
+            return
+        self._waves[pin] = (wave, event["ns"])
+        if Fraction(NS_PER_S, event["period_ns"]) > FASTEST_HZ:
+            self._write(event["ns"], pin, "z", f"  # {wave}: faster than a stimulus may be")
+        else:
+            self._write(event["ns"], pin, wave)
+
+    def _end_wave(self, event: Mapping[str, Any], pin: str) -> None:
+        self._waves.pop(pin, None)
+        self._write(event["ns"], pin, _LEVELS[event["level"]])
+
+    def _write(self, ns: int, source: str, value: str, remark: str = "") -> None:
         target = source if self._several else source.partition(".")[2]
         whole, rest = divmod(ns, NS_PER_S)
         time = f"{whole}.{rest:09}".rstrip("0").rstrip(".")
         try:
             self._file.seek(self._place)
-            self._file.write(f"  {json.dumps(f'{time}s:{target}={value}')},\n")
+            self._file.write(f"  {json.dumps(f'{time}s:{target}={value}')},{remark}\n")
             self._place = self._file.tell()
             self._file.write(_END)
             self._file.flush()
@@ -101,9 +119,17 @@ class StimulusWriter:
         return UnavailableError(f"the stimuli cannot be written: {reason}", where=str(self._path))
 
 
+def _goes_on(event: Mapping[str, Any]) -> bool:
+    """Say whether there is a wave still: what was counted names its last period, however long ago that was."""
+    period_ns = event.get("period_ns")
+    if not period_ns or not event.get("high_ns"):
+        return False
+    return "duty" in event or event["edges"] * period_ns >= event["in_ns"]
+
+
 def _wave(period_ns: int, high_ns: int) -> str:
     hz, duty = Fraction(NS_PER_S, period_ns), Fraction(100 * high_ns, period_ns)
-    return f"{float(hz):.6f}".rstrip("0").rstrip(".") + f"Hz/{float(duty):.4f}".rstrip("0").rstrip(".") + "%"
+    return f"{float(hz):.6f}".rstrip("0").rstrip(".") + f"Hz/{float(duty):.9f}".rstrip("0").rstrip(".") + "%"
 
 
 def _text(data: bytes) -> str:

@@ -10,6 +10,7 @@ Choices, besides those of `targets.mcu.stm32.adc_unit`:
 * The converter is ideal, calibrated or not: a calibration takes the 83 clocks of DS5319 and finds the code 0. RSTCAL
   takes 2 clocks. A calibration of a converter that is off takes as long, and is noted. A group that is to be started
   while one is under way is not, which is noted.
+* A request is made at the end of a conversion alone: DMA that is set later asks for none of those before.
 * EOC rises at the end of an injected group as well: its description in ADC_SR says "regular or injected".
 * Without ADON a start has no effect; a start within 1 us of ADON (t_STAB) is noted.
 """
@@ -24,7 +25,27 @@ from typing import ClassVar
 from targets.mcu.registers import Register
 from targets.mcu.services import DmaRequest
 from targets.mcu.stm32.adc_format import BITS, aligned
-from targets.mcu.stm32.adc_unit import ADON, ALIGN, CONT, CR1, CR2, DISCEN, DR, EOC, JAUTO, SR, Unit
+from targets.mcu.stm32.adc_sequences import Group
+from targets.mcu.stm32.adc_unit import (
+    ADON,
+    ALIGN,
+    CONT,
+    CR1,
+    CR2,
+    DISCEN,
+    DMA,
+    DR,
+    EOC,
+    JAUTO,
+    JSQR,
+    SQR1,
+    SQR2,
+    SQR3,
+    SR,
+    Unit,
+)
+from targets.mcu.stm32.converters import Ends
+from targets.mcu.timebase import Event, Timebase
 
 __all__ = ["EXTTRIG", "JEXTTRIG", "REGISTERS", "F1Unit", "RequestLine"]
 
@@ -90,14 +111,41 @@ class F1Unit(Unit):
     on_injected: Callable[[Callable[[], None]], None] = staticmethod(lambda start: start())
     on_injected_end: Callable[[], None] = staticmethod(lambda: None)
     held = False
-    _calibrating = False
+
+    def __init__(self, name: str, time: Timebase, ends: Ends) -> None:
+        super().__init__(name, time, ends)
+        self._calibrations: dict[int, Event] = {}
 
     def reset(self) -> None:
         """Go to the state after reset."""
-        self._calibrating = self.held = False
+        for event in self._calibrations.values():
+            self._time.cancel(event)
+        self._calibrations.clear()
+        self.held = False
         super().reset()
 
     # --- what it is asked for
+
+    def write(self, offset: int, value: int) -> None:
+        """Write a register; another sequence begins the group under way anew (RM0008 section 11.3.3)."""
+        before = self.values[offset]
+        super().write(offset, value)
+        if value == before:
+            return
+        if offset in (SQR1, SQR2, SQR3):
+            self._begin_anew(self._regular, super()._start_regular)
+        elif offset == JSQR:
+            self._begin_anew(self._injected, super()._start_injected)
+
+    def _begin_anew(self, group: Group, start: Callable[[], None]) -> None:
+        if not group.active:
+            return
+        group.reset()
+        if self._converting is group:
+            self._time.cancel(self._event)
+            self._converting = None
+        start()
+        self._update()
 
     def start_regular(self) -> None:
         """Start the regular group, if it is not under way."""
@@ -142,6 +190,8 @@ class F1Unit(Unit):
             self._power_off()
         elif not before & ADON:
             self._switched_on()
+        if not value & DMA:
+            self._unread = False
         self._calibrate(value & ~before)
         self._listen()
         starts = value & before & ADON
@@ -174,14 +224,14 @@ class F1Unit(Unit):
                 if not self.on:
                     self._note("misuse", "CR2.CAL", "a converter has to be on for two of its clocks to be calibrated")
                 self.values[CR2] |= bit
-                self._calibrating = True
-                self._time.after(clocks * max(self.clock_cycles, 1), partial(self._calibrated, bit))
+                end = self._time.after(clocks * max(self.clock_cycles, 1), partial(self._calibrated, bit))
+                self._calibrations[bit] = end
 
     def _calibrated(self, bit: int) -> None:
         self.values[CR2] &= ~bit
         if bit == CAL:
             self.values[DR] = 0
-        self._calibrating = bool(self.values[CR2] & (CAL | RSTCAL))
+        self._calibrations.pop(bit)
 
     # --- triggers
 
@@ -212,9 +262,9 @@ class F1Unit(Unit):
             self._update()
 
     def _may_start(self) -> bool:
-        if self._calibrating:
+        if self._calibrations:
             self._note("misuse", "CR2.CAL", "a conversion was started during the calibration: it is not made")
-        return self.on and not self._calibrating
+        return self.on and not self._calibrations
 
     def _start_regular(self) -> None:
         if self._may_start():
@@ -240,7 +290,7 @@ class F1Unit(Unit):
     def _keep_regular(self) -> None:
         cr1, cr2 = self.values[CR1], self.values[CR2]
         self.values[DR] = aligned(self._sampled, BITS[0], left=bool(cr2 & ALIGN))
-        self._unread = True
+        self._unread = bool(cr2 & DMA)
         self._regular.advance()
         ended = not self._regular.active
         if ended or cr1 & DISCEN:

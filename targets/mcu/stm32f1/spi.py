@@ -7,7 +7,8 @@ Choices where the manual is silent:
 
 * A word that is written while nothing is under way begins at once, so TXE stays set. RXNE rises at the end of its last
   clock, where the next word begins if there is one.
-* SPE that is cleared in the middle of a word lets it end, as the manual's procedure for receive-only mode needs it.
+* SPE that is cleared in the middle of a word lets it end, as the manual's procedure for receive-only mode needs it; the
+  pins are let go then. MSTR that is cleared, by a mode fault too, breaks the word off.
 * NSS that is no pin's is low, as a floating pin reads.
 * CRC in a receive-only mode: the word after CRCNEXT was set is taken as the CRC.
 
@@ -108,7 +109,6 @@ class Spi(Peripheral):
         self._busy = False
         self._read_dr = self._saw_modf = False
         self._crc_next = self._crc_word = False
-        self._session = getattr(self, "_session", 0) + 1
 
     # --- what the chip calls
 
@@ -136,6 +136,8 @@ class Spi(Peripheral):
             self.note("misuse", "CR1", "DFF and CRCEN may be changed only while SPE is 0")
         if value & ~before & SPE and not value & MSTR:
             self.note("unmodelled", "CR1.MSTR", f"{_SLAVE}: no word ever arrives")
+        if value & ~before & CRCNEXT and value & CRCEN and self._master and not self._busy:
+            self.note("misuse", "CR1.CRCNEXT", "set while no word is under way: the CRC follows the next one")
         self[CR1] = value
         if not value & before & CRCEN:
             self[RXCRCR] = self[TXCRCR] = 0
@@ -152,7 +154,7 @@ class Spi(Peripheral):
 
     def read_SR(self) -> int:
         """Return the flags; a read after one of DR ends an overrun."""
-        value = self[SR] | (BSY if self._busy else 0)
+        value = self[SR] | (BSY if self._busy and not self._one_wire_in else 0)
         if self[SR] & OVR and self._read_dr:
             self[SR] &= ~OVR
             self._update()
@@ -215,6 +217,11 @@ class Spi(Peripheral):
     def _transmits_only(self) -> bool:
         return self[CR1] & (BIDIMODE | BIDIOE) == BIDIMODE | BIDIOE
 
+    @property
+    def _one_wire_in(self) -> bool:
+        """BSY stays low then (RM0008 section 25.3.7)."""
+        return self[CR1] & (BIDIMODE | BIDIOE) == BIDIMODE
+
     def _configure(self) -> None:
         """Have the pins follow; and look whether another master has taken the bus."""
         control = self[CR1]
@@ -225,7 +232,8 @@ class Spi(Peripheral):
         if self._master:
             self._wire.idle(bool(self[CR1] & CPOL))
             self._nss_out.set(False if self[CR2] & SSOE and not self[CR1] & SSM else None)
-        else:
+        elif not (self._busy and self[CR1] & MSTR):
+            self._busy = False
             self._wire.release()
             self._nss_out.set(None)
 
@@ -263,7 +271,6 @@ class Spi(Peripheral):
         half_cycles = max(self.services.clocks.pclk(self._bus_clock), 1) << (control >> 3 & 7)
         bits = reversed_bits(word, self._bits) if control & LSBFIRST else word
         self._busy = True
-        session = self._session
         self._wire.send(
             Word(
                 bits=bits & self._mask,
@@ -273,16 +280,16 @@ class Spi(Peripheral):
                 drives=drives,
                 one_wire=bool(control & BIDIMODE),
             ),
-            lambda received: self._ended(session, word, received),
+            lambda received: self._ended(word, received),
         )
 
-    def _ended(self, session: int, word: int, received: int) -> None:
-        if session != self._session:
-            return
+    def _ended(self, word: int, received: int) -> None:
         self._busy = False
         if self[CR1] & LSBFIRST:
             received = reversed_bits(received, self._bits)
         self._word_over(word, received)
+        if not self._master:
+            self._configure()
         self._proceed()
         self._update()
 

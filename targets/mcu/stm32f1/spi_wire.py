@@ -79,8 +79,11 @@ class SpiWire:
         self._sck.refresh = self._mosi.refresh = self._tell
 
     def release(self) -> None:
-        """Drive nothing; what is under way ends unseen."""
+        """Drive nothing; a word under way is broken off."""
         self._tell()
+        if self._under_way is not None:
+            self._time.cancel(self._under_way.event)
+            self._under_way = None
         self._sck.refresh = self._mosi.refresh = None
         self._sck.set(None)
         self._mosi.set(None)

@@ -13,6 +13,8 @@ from hypothesis import strategies as st
 
 from hilbench.benchfile.reader import open_bench
 from hilbench.benchfile.stimulus import Hold, Ramp, Reset, Send, Square, Stick, parse_stimulus
+from hilbench.benchfile.stimulus_options import with_stimuli
+from hilbench.commands.run import parser
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.mcu.command_line import open_target
 from hilbench.mcu.emulated import EmulatedBench
@@ -127,6 +129,9 @@ def test_bytes_of_a_file(parse, tmp_path):
         ("usart3=@nowhere", "cannot be read"),
         ("usart3=@nul\0", "cannot be read"),
         ("usart3=hex:0", "no hexadecimal"),
+        ("usart3=@/dev/zero", "more than the 64 MB"),
+        ("usart3=\udcff", "no UTF-8"),
+        (f"PA5={'9' * 5000}Hz", "nothing that a pin can get"),
         ("usart3=\\q", "is no escape"),
         ("usart3=\\x4", "is no escape"),
         ("usart3=\\", "is no escape"),
@@ -141,6 +146,57 @@ def test_what_is_wrong_is_said(parse, text, message):
 def test_no_line_raises_anything_else(boards, text):
     with contextlib.suppress(ValueError):
         parse_stimulus(text, boards, Path("/nowhere"))
+
+
+@pytest.fixture
+def options():
+    """What a command line makes of its options."""
+
+    def make(*arguments):
+        bench_file = open_target(f"nucleo-f767zi:{image_path('f767-pins')}")
+        return [one.action for one in with_stimuli(parser().parse_args(arguments), bench_file).stimuli]
+
+    return make
+
+
+def test_options_say_what_they_are_about(options):
+    made = options("--volts", "PC6=1.5", "--volts", "1s:PC6=0V..1V/1s", "--send", "usart3=x", "--at", "PA5=1")
+    assert made == [
+        Hold(value=True),
+        Hold(value=1.5),
+        Ramp(from_volts=0.0, to_volts=1.0, in_ns=1000 * MS),
+        Send(data=b"x"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("option", "text", "message"),
+    [
+        ("--volts", "usart3=5", "no voltage at a pin"),
+        ("--volts", "PC6=1/5ms", "no voltage at a pin"),
+        ("--volts", "reset=press", "no voltage at a pin"),
+        ("--send", "PC6=1", "nothing for a serial line"),
+    ],
+)
+def test_an_option_refuses_what_is_not_its_own(options, option, text, message):
+    with pytest.raises(UsageError, match=f"{option}: .*{message}"):
+        options(option, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("stimuli = [1]", "must be a text"),
+        ("stimuli = 1", "must be a list"),
+        ("stimulus = ['PA5=1']", "unknown key 'stimulus'"),
+        ("stimuli = ['PA5=9V']", "9 V is more"),
+    ],
+)
+def test_a_file_that_is_wrong_is_named_with_its_place(options, tmp_path, text, message):
+    file = tmp_path / "s.toml"
+    file.write_text(text)
+    with pytest.raises(UsageError, match=rf"s\.toml:1: .*{message}"):
+        options("--stimuli", str(file))
 
 
 def test_a_board_must_be_named_where_there_are_several(bench_file):
@@ -343,6 +399,19 @@ def test_a_stuck_bus(tmp_path):
     emulated.close()
 
 
+def test_the_next_one_for_the_same_bus_counts(tmp_path):
+    emulated = EmulatedBench(open_target(f"nucleo-f767zi:{image_path('f767-demo')}"))
+    board = boards_under_test(emulated)["nucleo-f767zi"]
+    board.stimulate("1ms:i2c1=stuck/2ms")
+    board.stimulate("2ms:i2c1=stuck/3ms")
+    stuck = []
+    for _ in range(6):
+        board.run(0.00099)
+        stuck.append(board.i2c("I2C1").stuck)
+    assert stuck == [False, True, True, True, True, False]
+    emulated.close()
+
+
 def test_in_a_test_the_time_is_counted_from_now(stimulated):
     emulated = stimulated("1ms:PA1=1")
     board = boards_under_test(emulated)["brain"]
@@ -397,6 +466,56 @@ def test_a_fast_pin_is_written_as_a_square_wave(emulate, tmp_path):
     action = parse_stimulus(waves[0], emulated.bench_file.boards, Path()).action
     assert abs(action.hz - 20_000) < 10
     assert abs(action.duty - Fraction(3, 10)) < Fraction(1, 1000)
+
+
+def test_a_square_wave_that_ends_is_written_to_its_end(emulate, tmp_path):
+    def program(machine):
+        machine.output("PA8")
+        for edge in range(2001):
+            level = not edge % 2
+            machine.at_ns(edge * 25_000, lambda level=level: machine.chip.pins["PA8"].set_latch(level))
+
+    file = tmp_path / "did.toml"
+    writer = StimulusWriter(file, emulated := emulate(program))
+    emulated.bench.run_for(0.35)
+    emulated.close()
+    writer.close()
+    wave, end = tomllib.loads(file.read_text())["stimuli"][-2:]
+    assert wave.startswith("0.1s:PA8=20000Hz")
+    assert end == "0.2s:PA8=1"
+
+
+def test_a_wave_of_a_clock_is_not_ended_by_the_level_it_begins_with(emulate, tmp_path):
+    file = tmp_path / "did.toml"
+    writer = StimulusWriter(file, emulated := emulate(idle))
+    record = emulated.bench.record
+    record("pwm", "brain.PA8", edges=0, in_ns=0, period_ns=125, high_ns=62, duty=0.5, level=False)
+    record("pin", "brain.PA8", level=False)
+    assert [line.partition("/")[0] for line in tomllib.loads(file.read_text())["stimuli"]] == ["0s:PA8=8000000Hz"]
+    emulated.bench.run_for(0.001)
+    record("pwm", "brain.PA8", edges=16_000, in_ns=MS, level=False)
+    writer.close()
+    assert tomllib.loads(file.read_text())["stimuli"][-1] == "0.001s:PA8=0"
+    emulated.close()
+
+
+def test_a_pin_that_is_too_fast_is_let_go(emulate, tmp_path):
+    file = tmp_path / "did.toml"
+    writer = StimulusWriter(file, emulated := emulate(idle))
+    emulated.bench.record("pwm", "brain.PA8", period_ns=28, high_ns=14, duty=0.5)
+    writer.close()
+    assert "# 35714285.714286Hz/50%: faster than a stimulus may be" in file.read_text()
+    assert tomllib.loads(file.read_text())["stimuli"] == ["0s:PA8=z"]
+    emulated.close()
+
+
+def test_a_short_pulse_has_its_duty(emulate, tmp_path):
+    writer = StimulusWriter(tmp_path / "did.toml", emulated := emulate(idle))
+    emulated.bench.record("pwm", "brain.PA8", period_ns=100 * MS, high_ns=14, duty=0.0)
+    writer.close()
+    (line,) = tomllib.loads((tmp_path / "did.toml").read_text())["stimuli"]
+    assert parse_stimulus(line, emulated.bench_file.boards, Path()).action.duty == Fraction(14, 100 * MS)
+    emulated.close()
 
 
 def test_a_file_that_cannot_be_written_is_named(emulate, tmp_path):

@@ -219,6 +219,41 @@ class TestScan:
         assert rig.peek("DR") == expected(3)
         assert not request.level
 
+    def test_no_request_for_what_was_converted_before(self, rig):
+        """RM0008 section 11.8: the end of a regular conversion makes a request, and nothing else."""
+        rig.on()
+        rig.start()
+        rig.clocks(20)
+        rig.poke("CR2", rig.peek("CR2") | DMA)
+        assert not rig.chip.dma("ADC1").level
+        rig.start()
+        rig.clocks(20)
+        rig.poke("CR2", rig.peek("CR2") & ~DMA)
+        rig.poke("CR2", rig.peek("CR2") | DMA)
+        assert len(rig.chip.dma("ADC1").rises) == 1
+
+    def test_another_sequence_begins_anew(self, rig, expected):
+        """RM0008 section 11.3.3: the current conversion is reset, and a new start pulse is sent."""
+        rig.on(cr2=CONT)
+        rig.sequence(1)
+        rig.start()
+        rig.clocks(SHORTEST + 5)
+        rig.peek("DR")
+        rig.sequence(2)
+        rig.clocks(SHORTEST - 1)
+        assert "EOC" not in rig.flags()
+        rig.clocks(1)
+        assert rig.peek("DR") == expected(2)
+
+    def test_the_same_sequence_does_not(self, rig, expected):
+        rig.on()
+        rig.sequence(1)
+        rig.start()
+        rig.clocks(5)
+        rig.sequence(1)
+        rig.clocks(SHORTEST - 5)
+        assert rig.peek("DR") == expected(1)
+
     def test_a_start_meanwhile_is_ignored(self, rig):
         rig.on(cr1=SCAN)
         rig.sequence(1, 2)
@@ -276,6 +311,18 @@ class TestInjected:
         assert len(found) == 1
         rig.clocks(SHORTEST + 1)
         assert found == [(SHORTEST, expected(1)), (4 * SHORTEST - 1, expected(2))]
+
+    def test_another_sequence_begins_it_anew(self, rig, expected):
+        rig.on()
+        rig.injected(1)
+        rig.start_injected()
+        rig.clocks(5)
+        rig.injected(2)
+        rig.clocks(SHORTEST - 1)
+        assert "JEOC" not in rig.flags()
+        rig.clocks(1)
+        assert "JEOC" in rig.flags()
+        assert rig.peek("JDR1") == expected(2)
 
     def test_a_regular_start_waits_for_it(self, rig, expected):
         rig.on(cr2=DMA)
@@ -388,6 +435,18 @@ class TestCalibration:
             rig.clocks(1)
             assert not rig.peek("CR2") & bit
         assert rig.chip.noted("misuse") == []
+
+    def test_a_reset_ends_it(self, rig):
+        rig.on()
+        rig.poke("CR2", rig.peek("CR2") | CAL)
+        rig.clocks(40)
+        rig.adcs[0].reset()
+        rig.on()
+        rig.poke("CR2", rig.peek("CR2") | CAL)
+        rig.clocks(82)
+        assert rig.peek("CR2") & CAL
+        rig.clocks(1)
+        assert not rig.peek("CR2") & CAL
 
     def test_of_a_converter_that_is_off_is_noted(self, rig):
         rig.poke("CR2", CAL)

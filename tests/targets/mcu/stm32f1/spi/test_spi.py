@@ -131,6 +131,55 @@ class TestWords:
         rig.clocks(50)
         assert rig.flags() == {"TXE"}
 
+    @pytest.mark.parametrize("watch", Watch)
+    def test_the_next_word_after_a_reset_in_the_middle_of_one_is_whole(self, rig, watch):
+        slave = rig.slave(0x11)
+        rig.watch(watch)
+        rig.master()
+        rig.poke("DR", 0xAA)
+        rig.clocks(3)
+        rig.spi.reset()
+        rig.master()
+        rig.poke("DR", 0x55)
+        rig.clocks(7)
+        assert rig.flags() == {"TXE", "BSY"}
+        rig.clocks(8)
+        assert rig.peek("DR") == 0x11
+        assert slave.bytes == b"\x55"
+
+    @pytest.mark.parametrize("watch", Watch)
+    def test_pins_are_driven_until_the_end_of_the_word_in_which_spe_falls(self, rig, watch):
+        rig.watch(watch)
+        rig.poke("CR2", SSOE)
+        rig.poke("CR1", MSTR | SPE)
+        rig.poke("DR", 0xAA)
+        rig.clocks(3)
+        rig.poke("CR1", MSTR)
+        signals = [rig.chip.output(f"SPI1_{name}") for name in ("SCK", "MOSI", "NSS")]
+        assert None not in [signal.level for signal in signals]
+        rig.clocks(5)
+        assert rig.flags() == {"TXE", "RXNE"}
+        rig.clocks(20)
+        assert [signal.level for signal in signals] == [None] * 3
+
+    @pytest.mark.parametrize("watch", Watch)
+    @pytest.mark.parametrize("by_fault", [False, True])
+    def test_a_word_in_which_mstr_falls_is_broken_off(self, rig, watch, by_fault):
+        slave = rig.slave()
+        rig.watch(watch)
+        rig.poke("CR1", MSTR | SPE)
+        rig.poke("DR", 0xAA)
+        rig.clocks(3)
+        if by_fault:
+            rig.chip.input("SPI1_NSS").drive(False)
+        else:
+            rig.poke("CR1", SPE)
+        assert "BSY" not in rig.flags()
+        rig.clocks(20)
+        assert "RXNE" not in rig.flags()
+        assert rig.chip.output("SPI1_SCK").level is None
+        assert not slave.taken
+
     def test_receive_only_clocks_until_spe_falls(self, rig):
         """RM0008 section 25.3.5: from SPE on, word after word."""
         slave = rig.slave(1, 2, 3)
@@ -152,7 +201,9 @@ class TestWords:
         assert slave.bytes == b"\x12"
         slave.answers[:] = [0x77]
         rig.poke("CR1", MASTER | BIDIMODE)
-        rig.clocks(8)
+        rig.clocks(7)
+        assert rig.flags() == {"TXE"}  # BSY stays low (RM0008 section 25.3.7)
+        rig.clocks(1)
         rig.poke("CR1", (MASTER | BIDIMODE) & ~SPE)
         assert rig.peek("DR") == 0x77
 
@@ -257,6 +308,19 @@ class TestCrc:
         assert rig.irq.level is bool(spoilt)
         rig.poke("SR", 0)
         assert "CRCERR" not in rig.flags()
+
+    def test_crcnext_too_late_is_noted(self, rig):
+        """RM0008 section 25.3.6: as soon as the last word was written. Who waits for the CRC waits for ever."""
+        rig.slave()
+        rig.master(CRCEN)
+        rig.poke("DR", 1)
+        rig.poke("CR1", MASTER | CRCEN | CRCNEXT)
+        rig.clocks(16)
+        assert rig.chip.noted("misuse") == []
+        rig.poke("CR1", MASTER | CRCEN)
+        rig.poke("CR1", MASTER | CRCEN | CRCNEXT)
+        rig.clocks(16)
+        assert rig.chip.noted("misuse") == ["SPI1_CR1.CRCNEXT"]
 
     def test_crcen_begins_anew(self, rig):
         rig.slave()
