@@ -77,7 +77,7 @@ class BusPinsEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
     Attributes:
         scl: the clock, ``NAME.PIN`` of a board.
-        sda: the data, likewise, of the same board.
+        sda: the data, ``NAME.PIN`` of the same board.
     """
 
     scl: str

@@ -45,7 +45,7 @@ class I2cPins:
         bus: whose slaves they are.
 
     Attributes:
-        bus: likewise.
+        bus: the bus of these slaves.
     """
 
     def __init__(self, bus: I2cBus) -> None:

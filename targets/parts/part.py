@@ -118,7 +118,7 @@ class Picture:
 
     Attributes:
         width: in pixels.
-        height: likewise.
+        height: in pixels.
         grey: a byte for each pixel, 0 dark to 255 bright, row by row from above.
     """
 

@@ -94,7 +94,7 @@ class Ssd1306(Part):
     ABSENT = (
         "the SPI and parallel interfaces",
         "scrolling, fading, blinking and zoom",
-        "rows that are wired otherwise than the panel's: a wrong command DA is told, and shows nothing",
+        "rows that are wired otherwise than the panel's: a wrong command DA is reported, and shows nothing",
         "brightness, and the time that the charge pump takes",
     )
     Settings = Ssd1306Settings
@@ -102,7 +102,7 @@ class Ssd1306(Part):
     def __init__(self, settings: Ssd1306Settings, ports: Ports, *, seed: int) -> None:  # noqa: ARG002
         self._settings = settings
         self._tell = ports.tell
-        self._told: set[int] = set()
+        self._reported: set[int] = set()
         self.ram = bytearray(COLUMNS * PAGES)
         self.contrast = 0x7F
         self._mode = _PAGE
@@ -260,9 +260,9 @@ class Ssd1306(Part):
             self._driven_rows = (rows & 0x3F) + 1
 
     def _note(self, command: int, why: str) -> None:
-        """Tell of a command, once."""
-        if command not in self._told:
-            self._told.add(command)
+        """Report a command, once."""
+        if command not in self._reported:
+            self._reported.add(command)
             self._tell(DisplayNote(command=command, why=why))
 
     def _set_contrast(self, contrast: int) -> None:

@@ -23,7 +23,7 @@ class Model:
     Attributes:
         registers: by address.
         accel_offsets: addresses of the high bytes of the accelerometer's offsets, if it has such registers.
-        gyro_offsets: likewise of the gyroscope's.
+        gyro_offsets: addresses of the high bytes of the gyroscope's.
         rates: returns what configuration registers mean, see `targets.parts.mpu9250.rates.rates_of`.
         fifo_bytes: size of the FIFO.
         gyro_start_ns: from sleep to the first sample of the gyroscope,
