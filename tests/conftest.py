@@ -29,6 +29,7 @@ EXHAUSTIVE = "HILBENCH_EXHAUSTIVE"
 WITH_A_REASON = ("exhaustive", "slow", "real_time")
 MARKED = pytest.StashKey[dict[str, dict[str, list[str]]]]()
 HEAVY = ("mujoco", "pybullet", "textual", "unicorn")
+LEFT_OUT = pytest.StashKey[dict[str, dict[str, str]]]()
 LOADED = pytest.StashKey[list[str]]()
 
 
@@ -44,16 +45,41 @@ def pytest_runtest_setup(item):
     skip_without_its_library(item)
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection(session):
+    """Collect the tests without a look for garbage: there is hardly any, and that takes a sixth of the time."""
+    session.config.stash[LEFT_OUT] = {kind: {} for kind in WITH_A_REASON}
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pycollect_makeitem(collector, name, obj):
+    """Make no tests of a function or class that the gate leaves out as a whole, and note what it is marked with."""
+    marks = {mark.name: mark for mark in getattr(obj, "pytestmark", ())}
+    if "exhaustive" not in marks or not name.startswith(("test_", "Test")):
+        return None
+    for kind in WITH_A_REASON:
+        if kind in marks:
+            collector.config.stash[LEFT_OUT][kind][f"{collector.nodeid}::{name}"] = reason_of(marks[kind], name)
+    by_name = any("::" in argument for argument in collector.config.args)
+    return None if by_name or os.environ.get(EXHAUSTIVE) else []
+
+
 def pytest_collection_modifyitems(config, items):
     """Note the reasons that tests are marked with, and leave out what is marked ``exhaustive``."""
-    config.stash[MARKED] = {name: reasons(items, name) for name in WITH_A_REASON}
+    marks = [(item, marks_of(item)) for item in items]
+    config.stash[MARKED] = {name: reasons(marks, name) for name in WITH_A_REASON}
     config.stash[LOADED] = [name for name in HEAVY if name in sys.modules]
     if os.environ.get(EXHAUSTIVE):
         return
-    left_out = [item for item in items if item.get_closest_marker("exhaustive")]
+    left_out = [item for item, has in marks if "exhaustive" in has]
     if left_out:
         config.hook.pytest_deselected(items=left_out)
-        items[:] = [item for item in items if not item.get_closest_marker("exhaustive")]
+        items[:] = [item for item, has in marks if "exhaustive" not in has]
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -66,20 +92,29 @@ def pytest_collection_finish():
 
     What a test makes is collected less often, too: that takes a twentieth of the time otherwise.
     """
-    gc.collect()
     gc.freeze()
     gc.set_threshold(20_000, 20, 50)
 
 
-def reasons(items, name):
+def marks_of(item):
+    """Return the marks of a test by name; of two with one name the closest."""
+    found: dict[str, pytest.Mark] = {}
+    for mark in item.iter_markers():
+        found.setdefault(mark.name, mark)
+    return found
+
+
+def reasons(marks, name):
     """Return the reason of each marked test, by its function; one line for each parameter set that has the mark."""
     found: dict[str, list[str]] = {}
-    for item in items:
-        mark = item.get_closest_marker(name)
-        if mark is None:
-            continue
-        if len(mark.args) != 1 or not isinstance(mark.args[0], str):
-            message = f"{item.nodeid}: say why: @pytest.mark.{name}('the reason')"
-            raise pytest.UsageError(message)
-        found.setdefault(item.nodeid.partition("[")[0], []).append(mark.args[0])
+    for item, has in marks:
+        if mark := has.get(name):
+            found.setdefault(item.nodeid.partition("[")[0], []).append(reason_of(mark, item.nodeid))
     return found
+
+
+def reason_of(mark, test):
+    if len(mark.args) == 1 and isinstance(mark.args[0], str):
+        return mark.args[0]
+    message = f"{test}: say why: @pytest.mark.{mark.name}('the reason')"
+    raise pytest.UsageError(message)

@@ -56,17 +56,21 @@ def client_mutants() -> list[Mutant]:
 
 
 def _mutants(family: Family, table: Table) -> list[Mutant]:
-    found: dict[frozenset[tuple[object, object]], Mutant] = {}
+    found: list[Mutant] = []
     for (state, trigger), edge in table.items():
+        made: set[Transition | None] = set()
         for suffix, what, becomes in _variants(state, edge):
+            if becomes in made:
+                continue
+            made.add(becomes)
             mutant = Mutant(
                 id=f"{family.value.removesuffix('-table')}:{state.name}/{trigger.name}:{suffix}",
                 family=family,
                 what=f"{_name(state, trigger)}: {what}",
                 edges=(Edge(state, trigger, becomes),),
             )
-            found.setdefault(frozenset(mutant.mutate(table).items()), mutant)
-    return list(found.values())
+            found.append(mutant)
+    return found
 
 
 def _name(state: State, trigger: Trigger) -> str:

@@ -11,23 +11,36 @@ from pathlib import Path
 
 import pytest
 
-from tests.conftest import LOADED, MARKED, WITH_A_REASON
+from tests.conftest import LEFT_OUT, LOADED, MARKED, WITH_A_REASON
 
 PAGE = Path(__file__).parents[2] / "docs" / "testing.md"
 WRITE = "HILBENCH_WRITE_TIERS"
 
 
-def listed(reasons: dict[str, list[str]]) -> list[str]:
-    """Return the lines for tests with a mark: file, then function, number of parameter sets, and reason."""
+def listed(config: pytest.Config, mark: str) -> list[str]:
+    """Return the lines for tests with a mark: file, then function or class, number of parameter sets, and reason.
+
+    What is left out of the gate as a whole stands there without a number.
+    """
+    whole = config.stash[LEFT_OUT][mark]
+    outside = config.stash[MARKED][mark].items()
+    of_some = {test: said for test, said in outside if not is_within(test, config.stash[LEFT_OUT]["exhaustive"])}
     lines: list[str] = []
     heading = ""
-    for test in sorted(reasons):
-        file, _, function = test.partition("::")
+    for test in sorted({*whole, *of_some}):
+        file, _, name = test.partition("::")
         if file != heading:
             heading = file
             lines += ["", f"`{file}`", ""]
-        lines += [f"- {function} ({number}): {reason}" for reason, number in sorted(Counter(reasons[test]).items())]
+        if test in whole:
+            lines.append(f"- {name}: {whole[test]}")
+        else:
+            lines += [f"- {name} ({number}): {reason}" for reason, number in sorted(Counter(of_some[test]).items())]
     return lines
+
+
+def is_within(test: str, whole: dict[str, str]) -> bool:
+    return test in whole or test.rpartition("::")[0] in whole
 
 
 def begin(mark: str) -> str:
@@ -58,11 +71,11 @@ def over_all_tests(config: pytest.Config) -> bool:
 
 @pytest.mark.parametrize("mark", WITH_A_REASON)
 def test_each_marked_test_is_listed_with_its_reason(request, mark):
-    reasons = request.config.stash[MARKED][mark]
+    lines = listed(request.config, mark)
     if os.environ.get(WRITE):
         assert over_all_tests(request.config), f"only a run over all tests sees each mark: {WRITE}=1 pytest tests"
-        write(mark, listed(reasons))
-    missing = [line for line in listed(reasons) if line not in section(mark)]
+        write(mark, lines)
+    missing = [line for line in lines if line not in section(mark)]
     assert not missing, f"{PAGE.name} does not list, or not so: {missing}; {WRITE}=1 writes it anew"
 
 
@@ -70,7 +83,7 @@ def test_each_marked_test_is_listed_with_its_reason(request, mark):
 def test_nothing_is_listed_that_is_not_marked(request, mark):
     if not over_all_tests(request.config):
         pytest.skip("only a run over all tests sees each mark")
-    assert section(mark) == [*listed(request.config.stash[MARKED][mark]), ""]
+    assert section(mark) == [*listed(request.config, mark), ""]
 
 
 def test_no_physics_emulator_or_dashboard_is_imported_to_collect_tests(request):

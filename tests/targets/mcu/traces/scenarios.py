@@ -151,13 +151,15 @@ def _steps(span_ns: int, run: Run) -> set[int]:
 def sends(usart: str, data: bytes, *, baud: int, at_ns: int, text_format: str = "8N1") -> tuple[Input, ...]:
     """Return the frames of `data`, one directly after the other, on the RX line of a USART."""
     form = SerialFormat.parse(text_format)
-    bit_s = Fraction(1, baud)
-    frames = []
-    for index, byte in enumerate(data):
-        start_s = Fraction(at_ns, S) + index * bit_s * form.frame_half_bits / 2
-        frame = form.frame(byte, start_s, bit_s)
-        frames.append(Input(int(start_s * S), lambda machine, frame=frame: machine.chip.usarts[usart].receive(frame)))
-    return tuple(frames)
+    half_bits = form.frame_half_bits
+
+    def send(machine: Machine, index: int) -> None:
+        start_s = Fraction(at_ns, S) + Fraction(index * half_bits, 2 * baud)
+        machine.chip.usarts[usart].receive(form.frame(data[index], start_s, Fraction(1, baud)))
+
+    return tuple(
+        Input(at_ns + index * half_bits * S // (2 * baud), partial(send, index=index)) for index in range(len(data))
+    )
 
 
 def drives(pin: str, *changes: tuple[int, bool | None]) -> tuple[Input, ...]:
