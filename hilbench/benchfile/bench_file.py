@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 from hilbench.benchfile.bench_model import PortEntry, World
 from hilbench.benchfile.fault_entries import FaultEntry
 from hilbench.benchfile.stimulus import Stimulus
+from hilbench.strict.changes import Change
 from targets.boards import Board, Straps
 from worlds import engine_of
 
@@ -179,6 +180,7 @@ class BenchFile:
         name: of a built-in bench, or the file's name.
         path: where it was read; None for a bench that stands in no file.
         digest: SHA-256 of the file, in hex; empty for a bench that stands in no file.
+        changes: what a command line has put in the place of what stands in the file.
         world: where the robot stands.
         targets: the models that answer, by name.
         boards: the boards that run firmware, by name.
@@ -198,6 +200,7 @@ class BenchFile:
     name: str
     path: Path | None
     digest: str
+    changes: tuple[Change, ...] = ()
     world: World = field(default_factory=World)
     targets: Mapping[str, ModelTarget] = field(default_factory=dict)
     boards: Mapping[str, EmulatedBoard] = field(default_factory=dict)
@@ -216,6 +219,8 @@ class BenchFile:
         """Return what a journal says of the bench in its first line; `seed` is that of the run."""
         faults = [fault.describe() for fault in self.faults]
         about: dict[str, object] = {"seed": seed, "bench": self.name, "bench_sha256": self.digest, "faults": faults}
+        if self.changes:
+            about["set"] = [change.text for change in self.changes]
         if self.boards:
             about["timing"] = {name: emulated.timing for name, emulated in self.boards.items()}
         if self.has_world:

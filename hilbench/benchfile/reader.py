@@ -32,6 +32,7 @@ from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.plugins.system import ModelKind, System, VehicleKind, device_kind
 from hilbench.strict import Strict
+from hilbench.strict.changes import Change
 from hilbench.strict.toml_file import TomlFile
 from hilbench.terminal.options import DEFAULT_BENCH
 from worlds.errors import SceneFileError, UnknownNameError
@@ -56,7 +57,7 @@ _MODEL_KEYS = ("model", "settings")
 _BOARD_KEYS = ("board", "chip", "firmware", "base", "timing", "skip_idle", "straps", "programs")
 
 
-def open_bench(bench: str | None = None, *, run_plugins: bool = True) -> BenchFile:
+def open_bench(bench: str | None = None, *, run_plugins: bool = True, changes: Sequence[Change] = ()) -> BenchFile:
     """Read a bench file.
 
     Args:
@@ -64,6 +65,7 @@ def open_bench(bench: str | None = None, *, run_plugins: bool = True) -> BenchFi
             the default one.
         run_plugins: run the plug-ins that it names. Without, what they bring is not looked at, and the bench cannot be
             built.
+        changes: what is to be otherwise than it stands in the file.
 
     Raises:
         UsageError: there is no such bench, or its file is wrong; the line is named.
@@ -71,19 +73,20 @@ def open_bench(bench: str | None = None, *, run_plugins: bool = True) -> BenchFi
     if bench is None:
         bench = str(DEFAULT_FILE) if DEFAULT_FILE.is_file() else DEFAULT_BENCH
     if (own := built_in_benches().get(bench)) is not None:
-        return read_bench(own, name=bench)
+        return read_bench(own, name=bench, changes=changes)
     if run_plugins and (file := PLUGINS.systems.bench(bench)) is not None:
-        return read_bench(file, name=bench)
+        return read_bench(file, name=bench, changes=changes)
     if "/" in bench or bench.endswith(".toml") or Path(bench).exists():
-        return read_bench(Path(bench), run_plugins=run_plugins)
+        return read_bench(Path(bench), run_plugins=run_plugins, changes=changes)
     if not run_plugins and PLUGINS.systems.is_of_stranger(bench):
         raise UsageError("comes with a plug-in, and none is run here", where=bench, hint="name the bench file itself")
     raise UsageError("no such bench", where=bench, hint=_near(bench))
 
 
-def read_bench(path: Path, name: str = "", *, run_plugins: bool = True) -> BenchFile:
+def read_bench(path: Path, name: str = "", *, run_plugins: bool = True, changes: Sequence[Change] = ()) -> BenchFile:
     """Read a bench file from a path; see `open_bench`."""
-    return _Reader(TomlFile(path, "bench file", _near(path.stem)), run_plugins=run_plugins).read(name or path.name)
+    file = TomlFile(path, "bench file", _near(path.stem), changes)
+    return dataclasses.replace(_Reader(file, run_plugins=run_plugins).read(name or path.name), changes=tuple(changes))
 
 
 def _near(bench: str) -> str | None:

@@ -39,7 +39,7 @@ def make_provider(options: CheckOptions) -> BenchProvider:
     targets = [target_of(choice) for choice in options.targets]
     if any(target.kind is TargetKind.CAPTURE for target in targets):
         return _capture(options, targets)
-    bench_file = open_bench(_bench_of(options))
+    bench_file = open_bench(_bench_of(options), changes=options.changes)
     refuse_overwriting(options.outputs(), [*inputs_of(bench_file), *inputs_of_targets(options.targets)])
     refuse_writing_into(options.outputs(), lines_of(choice.spec for choice in options.targets))
     if bench_file.boards and not (options.suites or bench_file.suites):
@@ -73,6 +73,8 @@ def _capture(options: CheckOptions, targets: Sequence[Target]) -> BenchProvider:
         raise UsageError("a recording stands for the whole bench", where=choice.where, hint=hint)
     if options.bench is not None:
         raise UsageError("a recording needs no bench", where=options.bench, hint="leave it away")
+    if options.changes:
+        raise UsageError("a recording has no bench file", where=options.changes[0].where, hint="leave it away")
     if options.through:
         raise UsageError("a recording has no lines", where=f"--through {options.through}", hint="leave it away")
     return CaptureProvider(options, Path(target.rest))

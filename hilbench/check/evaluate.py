@@ -149,6 +149,8 @@ def _reproduce(group: _ClauseCases, options: CheckOptions) -> str:
     words = ["hilbench", "check"]
     if options.bench is not None:
         words.append(options.bench)
+    for change in options.changes:
+        words += ["--set", change.text]
     for target in options.targets:
         words += ["--target", f"{target.name}={target.spec}" if target.name else target.spec]
     for suite in dict.fromkeys(plan.suite_argument for plan in group.planned):

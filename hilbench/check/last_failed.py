@@ -64,4 +64,4 @@ def _bench(options: CheckOptions) -> str:
 
 
 def _targets(options: CheckOptions) -> list[str]:
-    return [target.where for target in options.targets]
+    return [target.where for target in options.targets] + [change.where for change in options.changes]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from hilbench.cli.journal_options import add_journal, check_journal
 from hilbench.cli.protocol_flags import add_plugins, use_plugins
+from hilbench.strict.changes import parse_change
 from hilbench.terminal import arguments, interruption
 from hilbench.terminal.options import THROUGH, CheckOptions
 from hilbench.terminal.parser import Parser, typed
@@ -25,6 +26,7 @@ hilbench check --suite pkt-board --target serial:/dev/ttyACM0@115200
 hilbench check --suite pkt-board --target serial:serial=0668FF303430   whatever its port is called; see hilbench ports
 hilbench check vehicle-model --target simulator=serial:/dev/ttyUSB0 --target stack=serial:/dev/ttyACM0
 hilbench check rover --through rfc2217             whole suites with that door on the way, in virtual time
+hilbench check pioneer --set world.scene=corridor -k M05     in another scene than the bench file names
 hilbench check rover --last-failed -x              what did not pass last time, up to the first that fails again
 hilbench check --list --json -
 """
@@ -52,6 +54,9 @@ def parser() -> Parser:
         help="what to check instead of the bench file's target: pioneer, serial:PORT[@BAUD], any pyserial URL, by "
         "LINE=... where the checker has several lines; for a client under test listen:pty:PATH, listen:tcp:PORT or "
         "exec:COMMAND; for a recording capture:FILE")  # fmt: skip
+    add("--set", metavar="KEY=VALUE", dest="changes", action="append", default=[], type=typed(parse_change),
+        help="put VALUE in the place of what the bench file says, as in world.scene=corridor or "
+        "faults.0.probability=0.01")  # fmt: skip
     add("--suite", metavar="S", action="append", default=[],
         help="shipped suite, or a .py file or folder of your own (default: all shipped suites)")  # fmt: skip
     add("-k", dest="select", metavar="EXPR", default="", help="run only what matches")
@@ -115,6 +120,7 @@ def run(parsed: argparse.Namespace) -> int:
         list_only=parsed.list,
         jobs=parsed.jobs,
         plugins=tuple(parsed.plugin),
+        changes=tuple(parsed.changes),
         max_failures=parsed.max_failures,
         last_failed=parsed.last_failed,
         rerun_inconclusive=parsed.rerun_inconclusive,

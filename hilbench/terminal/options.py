@@ -6,6 +6,8 @@ import enum
 from dataclasses import dataclass
 from pathlib import Path
 
+from hilbench.strict.changes import Change
+
 DEFAULT_BENCH = "pioneer"
 """The bench that is meant where none is named and no file is there."""
 
@@ -54,6 +56,7 @@ class CheckOptions:
         list_only: list the cases and run nothing.
         jobs: how many processes run cases, at least 1.
         plugins: the files of ``--plugin``.
+        changes: what is to be otherwise than the bench file says.
         max_failures: after how many cases that fail nothing more is run; 0 for no limit.
         last_failed: run those cases alone that did not pass when they were run last.
         rerun_inconclusive: how often to run a case again that is inconclusive.
@@ -79,6 +82,7 @@ class CheckOptions:
     list_only: bool = False
     jobs: int = 1
     plugins: tuple[Path, ...] = ()
+    changes: tuple[Change, ...] = ()
     max_failures: int = 0
     last_failed: bool = False
     rerun_inconclusive: int = 0
