@@ -14,7 +14,7 @@ from typing import Any
 
 from hilbench.errors import UsageError
 
-__all__ = ["Change", "apply", "parse_change", "stands"]
+__all__ = ["Change", "apply", "change_text", "parse_change", "stands"]
 
 OPTION = "--set"
 
@@ -53,6 +53,30 @@ def parse_change(text: str) -> Change:
     if not sign:
         raise ValueError(f"'{text}' is not KEY=VALUE")
     return Change(_path(key, text), _value(value.strip()), text)
+
+
+def change_text(key: str, value: Any) -> str:
+    """Return a change as a command line has it: a text without quotes, where it is read as one.
+
+    Raises:
+        ValueError: the key is none.
+    """
+    plain = f"{key}={value}"
+    if isinstance(value, str) and value == value.strip() and parse_change(plain).value == value:
+        return plain
+    return parse_change(f"{key}={_toml(value)}").text
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, dict):
+        return (
+            "{ " + ", ".join(f"{json.dumps(key, ensure_ascii=False)} = {_toml(of)}" for key, of in value.items()) + " }"
+        )
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return json.dumps(value) if isinstance(value, bool) else str(value)
 
 
 def apply(data: dict[str, Any], changes: Sequence[Change]) -> None:

@@ -1,0 +1,263 @@
+"""``hilbench campaign``: each point once, in however many processes; what goes on, and what is wrong."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import sys
+from collections import Counter
+from types import SimpleNamespace
+
+import pytest
+
+from hilbench.campaign import hosts
+from hilbench.campaign.point import Outcome, Point, run_point
+from hilbench.campaign.processes import run_here
+from hilbench.campaign.shipping import pack, run_shipped
+from hilbench.cli import main
+from tests.hilbench.campaign.dying import run
+
+CAMPAIGN = """
+version = 1
+bench = "pioneer-plane"
+select = "S01"
+seeds = 2
+[set]
+"faults.0.kind" = "drop"
+[factors]
+"faults.0.probability" = [0.0001, 1.0]
+"""
+OWN_SUITE = """
+from hilbench.check import case
+
+@case("X1", text="One.", source="us")
+def test_one(peer): peer
+"""
+
+OWN_BENCH = """
+version = 1
+[world]
+physics = "plane"
+[targets.robot]
+model = "pioneer-2dx"
+[[links]]
+ends = ["peer", "robot.host"]
+baud = 9600
+"""
+
+
+@pytest.fixture
+def campaign(tmp_path, capsys):
+    """Run a campaign; return exit code, report, and what was said."""
+    file = tmp_path / "c.toml"
+
+    def do(*words, text=CAMPAIGN):
+        file.write_text(text)
+        code = main(["campaign", str(file), "--json", str(tmp_path / "c.json"), *words])
+        said = capsys.readouterr()
+        report = tmp_path / "c.json"
+        return code, json.loads(report.read_bytes()) if report.exists() else None, said
+
+    return do
+
+
+def rows(tmp_path):
+    base = sqlite3.connect(tmp_path / "c.sqlite")
+    found = base.execute("SELECT seed, point, outcome FROM points ORDER BY key").fetchall()
+    base.close()
+    return found
+
+
+@pytest.mark.slow("starts two processes, which read all of the check")
+def test_two_processes_come_to_what_one_call_comes_to_and_nothing_is_run_twice(campaign, tmp_path):
+    code, report, said = campaign("--jobs", "2", "--html", str(tmp_path / "c.html"))
+    assert code == 0
+    assert (report["planned"], report["total"]["passed"], report["total"]["failed"]) == (4, 2, 2)
+    assert "S01" in said.out
+    assert "fails from faults.0.probability = 1 on, never up to 0.0001" in said.out
+    page = (tmp_path / "c.html").read_text()
+    assert (
+        "hilbench check pioneer-plane --set faults.0.kind=drop --set faults.0.probability=1.0 -k S01 --seed 1" in page
+    )
+    found = rows(tmp_path)
+    for _, point, outcome in found:
+        again = run_point(decoded(point))
+        assert json.loads(outcome)["run_hash"] == again.run_hash
+        assert json.loads(outcome)["verdict"] == again.verdict
+    again_code, again_report, again_said = campaign()
+    assert (again_code, again_report) == (0, report)
+    assert "4 of 4 points have a result already" in again_said.err
+    assert rows(tmp_path) == found
+
+
+def decoded(text):
+    import msgspec
+
+    return msgspec.json.decode(text, type=Point)
+
+
+def test_a_point_is_another_one_if_what_it_is_made_of_has_changed(campaign, tmp_path, monkeypatch):
+    calls = Counter()
+
+    def here(points, _jobs):
+        for key, point in points.items():
+            calls[point.seed] += 1
+            yield key, Outcome(verdict="pass", exit_code=0)
+
+    monkeypatch.setattr("hilbench.campaign.processes.run_here", here)
+    suite = tmp_path / "mine.py"
+    suite.write_text(OWN_SUITE)
+    text = 'version = 1\nbench = "pioneer-plane"\nsuites = ["mine.py"]\nseeds = 2'
+    assert campaign(text=text)[0] == 0
+    assert campaign(text=text)[0] == 0
+    assert calls == {0: 1, 1: 1}
+    suite.write_text(f"{OWN_SUITE}\n# changed\n")
+    assert campaign(text=text.replace("seeds = 2", "seeds = 3"))[0] == 0
+    assert calls == {0: 2, 1: 2, 2: 1}
+
+
+def test_what_could_not_be_run_is_said_and_tried_again(campaign, monkeypatch):
+    outcomes = iter([Outcome(verdict="error", exit_code=3, cause="no physics"), Outcome(verdict="pass", exit_code=0)])
+    given = []
+
+    def here(points, _jobs):
+        for key in points:
+            given.append(key)
+            yield key, next(outcomes)
+
+    monkeypatch.setattr("hilbench.campaign.processes.run_here", here)
+    text = 'version = 1\nbench = "pioneer-plane"'
+    code, report, said = campaign(text=text)
+    assert (code, report["total"]["errors"]) == (3, 1)
+    assert "no physics; as: hilbench check pioneer-plane --seed 0" in said.err
+    assert campaign(text=text)[0] == 0
+    assert len(given) == 2
+
+
+def test_interrupted_it_keeps_what_was_run_and_says_so(campaign, monkeypatch):
+    def here(points, _jobs):
+        yield next(iter(points)), Outcome(verdict="pass", exit_code=0)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("hilbench.campaign.processes.run_here", here)
+    code, report, said = campaign()
+    assert code == 130
+    assert (report["planned"], report["total"]["points"]) == (4, 1)
+    assert "4 points, 3 without a result" in said.out
+
+
+def test_a_list_runs_nothing(campaign, tmp_path):
+    code, _, said = campaign("--list")
+    assert code == 0
+    assert len(said.out.splitlines()) == 4
+    assert said.out.startswith("hilbench check pioneer-plane --set faults.0.kind=drop --set")
+    assert not (tmp_path / "c.sqlite").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('version = 1\nbench = "nowhere"', "no such bench file"),
+        ('version = 1\nbench = "pioneer-plane"\n[set]\n"world.scene" = "x"', "--set world.scene=x: no scene 'x'"),
+        ('version = 1\nbench = "pioneer-plane"\nsuites = ["none.py"]', "none.py"),
+        ('version = 2\nbench = "pioneer-plane"', "c.toml:1"),
+        ("version = 1\nbench =\nseeds = 1", "c.toml:2: is not TOML"),
+    ],
+)
+def test_what_is_wrong_is_one_line_before_anything_is_run(campaign, tmp_path, text, said):
+    code, _, out = campaign(text=text)
+    assert code == 2
+    assert said in out.err
+    assert len(out.err.splitlines()) == 1
+    assert not (tmp_path / "c.sqlite").exists()
+
+
+@pytest.mark.slow("starts processes, and has one of them killed")
+def test_a_process_that_dies_costs_its_own_point_and_no_other():
+    points = {str(seed): Point(bench="b", seed=seed) for seed in range(8)}
+    found = dict(run_here(points, 2, run))
+    assert found.keys() == points.keys()
+    assert [key for key, outcome in found.items() if outcome.verdict == "error"] == ["3"]
+    assert all(found[key].bench_time_s == point.seed for key, point in points.items() if key != "3")
+
+
+def test_files_go_along_once_and_stand_elsewhere_as_they_stand_here(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "there"))
+    own, folder = hosts.own_digest(), tmp_path / "here"
+    folder.mkdir()
+    (folder / "mine.py").write_text(OWN_SUITE)
+    (folder / "b.toml").write_text(OWN_BENCH)
+    point = Point(bench=str(folder / "b.toml"), seed=0, suites=(str(folder / "mine.py"),))
+    parcel = pack([point])
+    assert {name.rpartition("/")[2] for name in parcel.files} == {"b.toml", "mine.py"}
+    assert run_shipped(point, parcel.digest, None, own) is None
+    (folder / "mine.py").unlink()
+    (folder / "b.toml").unlink()
+    outcome = run_shipped(point, parcel.digest, parcel.files, own)
+    assert (outcome.verdict, outcome.cause) == ("pass", "")
+    assert run_shipped(point, parcel.digest, None, own).run_hash == outcome.run_hash
+    assert run_shipped(point, parcel.digest, None, "other").cause.startswith("the worker has another hilbench")
+
+
+class KilledError(Exception):
+    """What Dask says of a task that has cost it four workers."""
+
+
+class Completed(list):
+    """Gives futures back in the order in which they were added."""
+
+    def __init__(self, loop):
+        super().__init__()
+
+    def add(self, future):
+        self.append(future)
+
+    def __iter__(self):
+        while self:
+            yield self.pop(0)
+
+
+class Future:
+    def __init__(self, result):
+        self.result = result
+
+
+class FakeClient:
+    """Answers as workers would: with what a list says for each time that a point is given out."""
+
+    loop = None
+
+    def __init__(self, answers):
+        self.answers = answers
+        self.given = []
+
+    def nthreads(self):
+        return {"w": 1}
+
+    def submit(self, function, point, parcel, files, hilbench, *, pure):
+        assert (function, parcel, pure) == (run_shipped, "d", False)
+        self.given.append((point.seed, files))
+        answer = self.answers.get(point.seed, [Outcome(verdict="pass", exit_code=0)]).pop(0)
+
+        def result():
+            if isinstance(answer, BaseException):
+                raise answer
+            return answer
+
+        return Future(result)
+
+
+def test_each_point_comes_back_once_whatever_befalls_the_workers(monkeypatch):
+    scheduler = SimpleNamespace(KilledWorker=KilledError)
+    monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(as_completed=Completed, scheduler=scheduler))
+    monkeypatch.setitem(sys.modules, "distributed.scheduler", scheduler)
+    good = Outcome(verdict="pass", exit_code=0)
+    killed = [KilledError() for _ in range(6)]
+    client = FakeClient({1: [None, good], 2: [*killed[:2], good], 3: killed})
+    points = {str(seed): Point(bench="b", seed=seed) for seed in range(100)}
+    giving = hosts._Giving(client, points, hosts.Parcel("d", {"f": b"x"}))
+    found = Counter(giving.outcomes())
+    assert sorted(int(key) for key, _ in found) == list(range(100))
+    assert set(found.values()) == {1}
+    assert {key for key, outcome in found if outcome.verdict == "error"} == {"3"}
+    assert [files for seed, files in client.given if seed == 1] == [None, {"f": b"x"}]
