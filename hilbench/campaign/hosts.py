@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 import logging
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from concurrent.futures import CancelledError
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING
 from hilbench.campaign.digests import own_digest
 from hilbench.campaign.point import Outcome, Point
 from hilbench.campaign.shipping import Parcel, pack, run_shipped
-from hilbench.errors import UnavailableError
+from hilbench.errors import UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["run_there"]
 
+_ADDRESS = re.compile(r"([a-z]+://)?[^\s/]+:\d+")
 _AHEAD = 4
 """Points that each thread of a worker has before it (choice): none waits for this host."""
 _LEAST_AHEAD = 32
@@ -41,6 +43,7 @@ def run_there(points: Mapping[str, Point], scheduler: str) -> Iterator[tuple[str
         scheduler: its address, such as ``tcp://10.0.0.5:8786``.
 
     Raises:
+        UsageError: the address is none.
         UnavailableError: Dask is not installed, the scheduler is not there, or a worker has another hilbench.
     """
     try:
@@ -48,6 +51,8 @@ def run_there(points: Mapping[str, Point], scheduler: str) -> Iterator[tuple[str
     except ImportError:
         hint = "pip install 'hilbench[campaign]'"
         raise UnavailableError("--scheduler needs Dask, which is not installed", hint=hint) from None
+    if not _ADDRESS.fullmatch(scheduler):
+        raise UsageError("is no address", where=f"--scheduler {scheduler}", hint="such as tcp://10.0.0.5:8786")
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what it tells of is said here in one line
     try:
         client = Client(scheduler, timeout=_WAIT_S, set_as_default=False)

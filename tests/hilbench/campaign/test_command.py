@@ -247,6 +247,20 @@ class FakeClient:
         return Future(result)
 
 
+def test_what_is_no_address_is_not_tried(campaign, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=None))
+    code, _, said = campaign("--scheduler", "nonsense")
+    assert code == 2
+    assert "--scheduler nonsense: is no address; such as tcp://10.0.0.5:8786" in said.err
+
+
+def test_without_dask_it_says_how_to_get_it(campaign, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    code, _, said = campaign("--scheduler", "tcp://127.0.0.1:8786")
+    assert code == 3
+    assert "--scheduler needs Dask, which is not installed; pip install 'hilbench[campaign]'" in said.err
+
+
 def test_each_point_comes_back_once_whatever_befalls_the_workers(monkeypatch):
     scheduler = SimpleNamespace(KilledWorker=KilledError)
     monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(as_completed=Completed, scheduler=scheduler))
