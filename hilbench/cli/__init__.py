@@ -23,6 +23,7 @@ from hilbench.terminal import interruption
 COMMANDS = {
     "check": "run conformance suites on a target and report clause by clause",
     "campaign": "run one check at many points: seeds, images, faults, settings; and say what differs",
+    "shrink": "find the fewest faults and stimuli of a bench that still fail a clause",
     "run": "run firmware on emulated boards, in virtual time",
     "decode": "show the bytes of a line as frames",
     "protocols": "list the protocols that are there, those of plug-ins among them",

@@ -14,7 +14,7 @@ from typing import Any
 
 from hilbench.errors import UsageError
 
-__all__ = ["Change", "apply", "change_text", "parse_change", "stands"]
+__all__ = ["Change", "apply", "change_text", "parse_change", "stands", "toml_key", "toml_value"]
 
 OPTION = "--set"
 
@@ -64,19 +64,25 @@ def change_text(key: str, value: Any) -> str:
     plain = f"{key}={value}"
     if isinstance(value, str) and value == value.strip() and parse_change(plain).value == value:
         return plain
-    return parse_change(f"{key}={_toml(value)}").text
+    return parse_change(f"{key}={toml_value(value)}").text
 
 
-def _toml(value: Any) -> str:
+def toml_value(value: Any) -> str:
+    """Return plain data as a value of TOML, in one line."""
     if isinstance(value, dict):
-        return (
-            "{ " + ", ".join(f"{json.dumps(key, ensure_ascii=False)} = {_toml(of)}" for key, of in value.items()) + " }"
-        )
+        entries = [f"{toml_key(str(key))} = {toml_value(of)}" for key, of in value.items()]
+        return "{ " + ", ".join(entries) + " }" if entries else "{}"
     if isinstance(value, list):
-        return "[" + ", ".join(map(_toml, value)) + "]"
+        return "[" + ", ".join(map(toml_value, value)) + "]"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     return json.dumps(value) if isinstance(value, bool) else str(value)
+
+
+def toml_key(text: str) -> str:
+    """Return a key as TOML has it, without quotes where it needs none."""
+    bare = text.replace("_", "").replace("-", "")
+    return text if bare.isascii() and bare.isalnum() else toml_value(text)
 
 
 def apply(data: dict[str, Any], changes: Sequence[Change]) -> None:

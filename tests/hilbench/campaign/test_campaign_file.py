@@ -53,7 +53,7 @@ def test_seeds_benches_and_levels_are_combined_in_order(points):
 def test_a_point_is_a_command_that_means_the_same(points):
     (point,) = points(HEAD + 'select = "S01 or S36"\n[set]\n"a.b" = [1, "x y", { c = true }]\n"d" = "1"')
     assert command_of(point) == (
-        """hilbench check pioneer-plane --set 'a.b=[1, "x y", { "c" = true }]' --set 'd="1"' -k 'S01 or S36' --seed 0"""
+        """hilbench check pioneer-plane --set 'a.b=[1, "x y", { c = true }]' --set 'd="1"' -k 'S01 or S36' --seed 0"""
     )
     assert [change.value for change in options_of(point).changes] == [[1, "x y", {"c": True}], "1"]
 
