@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from hilbench.campaign.statistics import FactorLevel, Margin, Statistics
+from hilbench.campaign.statistics import Distribution, FactorLevel, Statistics
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,8 +41,8 @@ def plots_of(found: Statistics) -> list[Plot] | None:
         levels = [level for level in group if level.value is not None]
         if len(levels) > 1:
             plots.append(Plot(f"Rate of failures over {factor}", _address(_rates(factor, levels))))
-    if found.margins:
-        margins = found.margins[:_MOST_MARGINS]
+    margins = [one for one in found.figures if one.margins is not None][:_MOST_MARGINS]
+    if margins:
         plots.append(Plot("Margins: least, 5 %, median, 95 % and greatest", _address(_margins(margins))))
     return plots
 
@@ -62,13 +62,12 @@ def _rates(factor: str, levels: Sequence[FactorLevel]) -> Figure:
     return figure
 
 
-def _margins(margins: Sequence[Margin]) -> Figure:
+def _margins(margins: Sequence[Distribution]) -> Figure:
     figure, axes = _empty(1.2 + 0.32 * len(margins))
-    boxes = [
-        {"whislo": each.shares[0], "q1": each.shares[1], "med": each.shares[2], "q3": each.shares[3],
-         "whishi": each.shares[4], "label": f"{each.clause} {each.name}"[:60]}
-        for each in reversed(margins)
-    ]  # fmt: skip
+    boxes = []
+    for one in reversed(margins):
+        keys = zip(("whislo", "q1", "med", "q3", "whishi"), one.margins or (), strict=False)
+        boxes.append({**dict(keys), "label": f"{one.clause} {one.name}"[:60]})
     axes.bxp(boxes, showfliers=False, orientation="horizontal")
     axes.axvline(0, color="red", linewidth=1)
     axes.set_xlabel("share of the tolerance that is left; 0 is the limit")

@@ -68,7 +68,7 @@ class Clause(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Figure(msgspec.Struct, frozen=True, kw_only=True):
-    """What a case measured, as far as there is a limit to it; see `hilbench.judging.verdicts.Measure`.
+    """What a case measured; see `hilbench.judging.verdicts.Measure`.
 
     Attributes:
         case: the case.
@@ -99,7 +99,7 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True):
         run_hash: of the run; empty if there is none.
         bench_time_s: how much bench time it took.
         clauses: those that were judged.
-        figures: those that have a limit.
+        figures: what its cases measured.
     """
 
     verdict: Word
@@ -179,12 +179,7 @@ def _outcome(report: Report) -> Outcome:
             for clause in report.clauses
             if clause.verdict in _SHOWN
         ),
-        figures=tuple(
-            _figure(case.id, measure, case.clause_ids)
-            for case in report.cases
-            for measure in case.measures
-            if measure.low is not None or measure.high is not None
-        ),
+        figures=tuple(_figure(case.id, measure, case.clause_ids) for case in report.cases for measure in case.measures),
     )
 
 

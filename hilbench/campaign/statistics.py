@@ -9,11 +9,12 @@ from collections.abc import Iterable, Sequence
 
 import msgspec
 
-from hilbench.campaign.point import Outcome, Point
+from hilbench.campaign.point import Figure, Outcome, Point
 
-__all__ = ["ClauseRate", "FactorLevel", "Margin", "Statistics", "Tally", "statistics", "wilson"]
+__all__ = ["ClauseRate", "Distribution", "FactorLevel", "Statistics", "Tally", "statistics", "wilson"]
 
 Result = tuple[Point, Outcome]
+Quantiles = tuple[float, float, float, float, float]
 
 _Z = 1.959964
 """Standard normal deviate of a two-sided 95 % interval."""
@@ -81,23 +82,27 @@ class ClauseRate(msgspec.Struct, frozen=True, kw_only=True):
     cause: str
 
 
-class Margin(msgspec.Struct, frozen=True, kw_only=True):
-    """The figures of one name, over all points: how far from the limit they lie.
+class Distribution(msgspec.Struct, frozen=True, kw_only=True):
+    """The figures of one name in one case, over all points.
 
     Attributes:
-        clause: the clause they were measured for.
+        case: the case, whatever its parameters.
+        clause: what the figures are about.
         name: what was measured.
         unit: of the figures.
         count: how many.
-        shares: least, 5 %, median, 95 % and greatest margin, as a share of the limit's distance from 0, or of the
-            width of what is allowed where there are two limits: 0 at the limit, negative outside.
+        values: the least, 5 %, the median, 95 % and the greatest.
+        margins: the same of how far they lie from the limit, as a share of its distance from 0, or of half the width of
+            what is allowed where there are two limits: 0 at the limit, negative outside. None where there is no limit.
     """
 
+    case: str
     clause: str
     name: str
     unit: str
     count: int
-    shares: tuple[float, float, float, float, float]
+    values: Quantiles
+    margins: Quantiles | None
 
 
 class Statistics(msgspec.Struct, frozen=True, kw_only=True):
@@ -108,7 +113,7 @@ class Statistics(msgspec.Struct, frozen=True, kw_only=True):
         total: of those that have a result.
         levels: by factor, in order.
         clauses: those that failed or were inconclusive anywhere, the most frequent first.
-        margins: the nearest to a limit first.
+        figures: the nearest to a limit first, then those that have none.
         bench_time_s: of all points.
     """
 
@@ -116,7 +121,7 @@ class Statistics(msgspec.Struct, frozen=True, kw_only=True):
     total: Tally
     levels: tuple[FactorLevel, ...]
     clauses: tuple[ClauseRate, ...]
-    margins: tuple[Margin, ...]
+    figures: tuple[Distribution, ...]
     bench_time_s: float
 
 
@@ -128,7 +133,7 @@ def statistics(results: Sequence[Result], factors: Iterable[str], planned: int) 
         total=_tally(outcome.verdict for _, outcome in results),
         levels=tuple(level for name in factors for level in _levels(name, results, in_bins=name in numbers)),
         clauses=_clauses(results, numbers),
-        margins=_margins(outcome for _, outcome in results),
+        figures=_figures(outcome for _, outcome in results),
         bench_time_s=math.fsum(outcome.bench_time_s for _, outcome in results),
     )
 
@@ -228,18 +233,27 @@ def _greatest(factor: str, points: Iterable[Point], *, below: float) -> float | 
     return max((value for value in values if value < below), default=None)
 
 
-def _margins(outcomes: Iterable[Outcome]) -> tuple[Margin, ...]:
-    found: dict[tuple[str, str, str], list[float]] = defaultdict(list)
+def _figures(outcomes: Iterable[Outcome]) -> tuple[Distribution, ...]:
+    found: dict[tuple[str, str, str, str], list[Figure]] = defaultdict(list)
     for outcome in outcomes:
         for figure in outcome.figures:
-            share = _margin(figure.value, figure.low, figure.high)
-            if share is not None:
-                found[figure.clause, figure.name, figure.unit].append(share)
-    margins = [
-        Margin(clause=clause, name=name, unit=unit, count=len(shares), shares=_quantiles(sorted(shares)))
-        for (clause, name, unit), shares in found.items()
-    ]
-    return tuple(sorted(margins, key=lambda margin: (margin.shares[0], margin.clause, margin.name)))
+            found[figure.case.partition("[")[0], figure.clause, figure.name, figure.unit].append(figure)
+    made = [_distribution(*key, figures) for key, figures in found.items()]
+    return tuple(sorted(made, key=lambda one: (one.margins or (math.inf,), one.case, one.name)))
+
+
+def _distribution(case: str, clause: str, name: str, unit: str, figures: Sequence[Figure]) -> Distribution:
+    margins = [_margin(figure.value, figure.low, figure.high) for figure in figures]
+    limited = [margin for margin in margins if margin is not None]
+    return Distribution(
+        case=case,
+        clause=clause,
+        name=name,
+        unit=unit,
+        count=len(figures),
+        values=_quantiles(sorted(figure.value for figure in figures)),
+        margins=_quantiles(sorted(limited)) if limited else None,
+    )
 
 
 def _margin(value: float, low: float | None, high: float | None) -> float | None:
@@ -251,7 +265,7 @@ def _margin(value: float, low: float | None, high: float | None) -> float | None
     return min(distances) / scale if distances and scale else None
 
 
-def _quantiles(ordered: Sequence[float]) -> tuple[float, float, float, float, float]:
+def _quantiles(ordered: Sequence[float]) -> Quantiles:
     """Return the values of an ordered list at five shares of it, between neighbours in proportion."""
 
     def at(share: float) -> float:

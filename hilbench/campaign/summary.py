@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from hilbench.campaign.statistics import Margin, Statistics, Tally
+from hilbench.campaign.statistics import Distribution, Statistics, Tally
 from hilbench.files.names import escaped, printable
 
 __all__ = ["lines_of"]
 
 _MOST_CLAUSES = 20
-_MOST_MARGINS = 5
+_MOST_FIGURES = 5
 _MOST_CAUSE = 160
 
 
@@ -31,7 +31,7 @@ def _lines(found: Statistics) -> Iterator[str]:
             yield from ("", f"{factor:<28} {'points':>7} {'fail':>6}   rate (95 %)")
         yield f"  {level.level:<26.60} {level.tally.points:>7} {level.tally.failed:>6}   {rate_of(level.tally)}"
     yield from _of_clauses(found)
-    yield from _of_margins(found.margins)
+    yield from _of_figures(found.figures)
 
 
 def rate_of(tally: Tally) -> str:
@@ -56,11 +56,13 @@ def _of_clauses(found: Statistics) -> Iterator[str]:
         yield f"  and {len(found.clauses) - _MOST_CLAUSES} more"
 
 
-def _of_margins(margins: Sequence[Margin]) -> Iterator[str]:
-    if not margins:
-        return
-    yield from ("", f"{'nearest to a limit':<28} {'figures':>7}   least, median, greatest share of the tolerance left")
-    for margin in margins[:_MOST_MARGINS]:
-        least, _, median, _, greatest = margin.shares
-        name = f"{margin.clause} {margin.name}"
-        yield f"  {name:<26.60} {margin.count:>7}   {least:.0%}, {median:.0%}, {greatest:.0%}"
+def _of_figures(figures: Sequence[Distribution]) -> Iterator[str]:
+    limited = [one for one in figures if one.margins is not None][:_MOST_FIGURES]
+    free = [one for one in figures if one.margins is None][:_MOST_FIGURES]
+    if limited or free:
+        yield from ("", f"{'figure':<44} {'n':>5}   least, median, greatest")
+    for one in [*limited, *free]:
+        least, _, median, _, greatest = one.values
+        left = f"   margin at least {one.margins[0]:.0%}" if one.margins is not None else ""
+        name = f"{one.case.rpartition('/')[2]} {one.name}"
+        yield f"  {name:<42.80} {one.count:>5}   {least:.4g}, {median:.4g}, {greatest:.4g} {one.unit}{left}"

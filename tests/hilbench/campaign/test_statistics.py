@@ -87,11 +87,16 @@ def test_many_values_go_into_bins_and_none_is_lost(values):
 def test_margins_are_shares_of_the_tolerance_the_nearest_first():
     figures = [(9.0, None, 10.0), (5.0, None, 10.0), (11.0, None, 10.0), (4.0, 0.0, 10.0), (3.0, 0.0, None)]
     found = statistics([result("pass", figures=figures)], [], 1)
-    (margin,) = found.margins
-    assert margin.count == 4  # a limit of 0 alone is no measure
-    assert margin.shares == pytest.approx((-0.1, -0.07, 0.3, 0.755, 0.8), abs=0.06)
-    assert margin.shares[0] == pytest.approx(-0.1)
-    assert margin.shares[-1] == pytest.approx(0.8)
+    (figure,) = found.figures
+    assert (figure.count, figure.values[0], figure.values[2], figure.values[-1]) == (5, 3.0, 5.0, 11.0)
+    # 0.1, 0.5, -0.1 and 0.8; a limit of 0 alone is no measure
+    assert figure.margins == pytest.approx((-0.1, -0.07, 0.3, 0.755, 0.8))
+
+
+def test_a_figure_without_a_limit_has_no_margin_and_comes_last():
+    found = statistics([result("pass", figures=[(7.0, None, None)])], [], 1)
+    assert [(one.values, one.margins) for one in found.figures] == [((7.0,) * 5, None)]
+    assert any("7, 7, 7 s" in line for line in lines_of(found))
 
 
 def test_no_text_breaks_a_line():
