@@ -70,7 +70,9 @@ def run_there(points: Mapping[str, Point], scheduler: str) -> Iterator[tuple[str
 
 
 def _check_workers(client: Client, scheduler: str) -> None:
-    digests = client.run(own_digest, on_error="return")
+    # A worker that leaves meanwhile answers with an error; whoever comes later is asked with each point.
+    answers = client.run(own_digest, on_error="return")
+    digests = {worker: answer for worker, answer in answers.items() if isinstance(answer, str)}
     if not digests:
         hint = "start one: dask worker ADDRESS --nthreads 1"
         raise UnavailableError("the scheduler has no worker", where=f"--scheduler {scheduler}", hint=hint)

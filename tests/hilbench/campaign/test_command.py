@@ -15,6 +15,7 @@ from hilbench.campaign.point import Outcome, Point, run_point
 from hilbench.campaign.processes import run_here
 from hilbench.campaign.shipping import pack, run_shipped
 from hilbench.cli import main
+from hilbench.errors import UnavailableError
 from tests.hilbench.campaign.dying import run
 
 CAMPAIGN = """
@@ -259,6 +260,25 @@ def test_without_dask_it_says_how_to_get_it(campaign, monkeypatch):
     code, _, said = campaign("--scheduler", "tcp://127.0.0.1:8786")
     assert code == 3
     assert "--scheduler needs Dask, which is not installed; pip install 'hilbench[campaign]'" in said.err
+
+
+@pytest.mark.parametrize(
+    ("answers", "said"),
+    [
+        ({}, "the scheduler has no worker; start one"),
+        ({"a": OSError("gone")}, "the scheduler has no worker; start one"),
+        ({"a": hosts.own_digest(), "b": "other"}, "worker b: has another hilbench; install the same wheel there"),
+        ({"a": hosts.own_digest(), "b": OSError("gone")}, ""),
+    ],
+)
+def test_workers_are_asked_for_their_hilbench(answers, said):
+    client = SimpleNamespace(run=lambda function, *, on_error: answers)
+    if not said:
+        hosts._check_workers(client, "tcp://h:1")
+        return
+    with pytest.raises(UnavailableError) as caught:
+        hosts._check_workers(client, "tcp://h:1")
+    assert said in str(caught.value)
 
 
 def test_each_point_comes_back_once_whatever_befalls_the_workers(monkeypatch):
