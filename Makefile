@@ -100,8 +100,8 @@ doors: dev        ## suites on boards in memory and through each door (docs/door
 	$(BIN)/python -m measure.doors --whole
 	$(BIN)/python -m measure.doors
 
-campaign: dev     ## the dodger in twenty rooms, in three ways (docs/campaign.md); half an hour
-	$(BIN)/python -m measure.campaign
+campaign: dev     ## the dodger in twenty rooms, in three ways (docs/bluepill.md); half an hour
+	$(BIN)/hilbench campaign examples/campaigns/dodger.toml --html dodger.html
 
 .PHONY: drive-plots
 drive-plots: dev  ## a lap and an emergency stop of a car (docs/vehicle-drive.md); two minutes

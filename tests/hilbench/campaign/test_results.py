@@ -5,12 +5,13 @@ from __future__ import annotations
 import sqlite3
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hilbench.campaign.point import Clause, Figure, Outcome, Point
 from hilbench.campaign.results import Results
 from hilbench.errors import UnavailableError, UsageError
+from tests.share import examples
 
 words = st.text(max_size=8)
 numbers = st.floats(allow_nan=False, allow_infinity=False)
@@ -31,6 +32,7 @@ outcomes = st.builds(
 POINT = Point(bench="b", seed=3, levels={"rate": 0.5, "image": "new"})
 
 
+@settings(max_examples=examples(30))
 @given(st.lists(st.tuples(names, outcomes), max_size=8))
 def test_what_was_entered_last_is_what_is_known(tmp_path_factory, entries):
     path = tmp_path_factory.mktemp("results") / "r.sqlite"

@@ -24,7 +24,7 @@ ALSO = (
     *("ports/test_odd_machines.py", "check/test_selection.py", "test_world_runner.py"),
 )
 """Tests that name one of ours, say as what is not there, and need none."""
-NEED_ONE = ("plugins/test_body.py", "plugins/test_derived_mutants.py", "doctor/test_really.py", "test_campaign.py")
+NEED_ONE = ("plugins/test_body.py", "plugins/test_derived_mutants.py", "doctor/test_really.py")
 """Tests that need one of ours and do not name it: a folder's `conftest`, a default, what is measured."""
 FOLDERS_THAT_NEED_ONE = ("recordings", "suites", "systems")
 NOT_HERE = (

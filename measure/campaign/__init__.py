@@ -1,1 +1,0 @@
-"""Twenty rooms, three ways: how the dodger fares beyond the rooms of the suite. ``make campaign``."""
