@@ -11,7 +11,7 @@ from worlds.errors import WorldError
 from worlds.stage import FARTHEST_M, Stage
 from worlds.world import Pose
 
-__all__ = ["Moment", "moment_of"]
+__all__ = ["Moment", "moment_of", "pose_of"]
 
 _MILLIONTH = 1e-6
 _NO_WORLD = "--case ID takes another case; pcapng, older journals and benches without a world say nothing of it"
@@ -135,13 +135,18 @@ def _moment(known: _Known) -> Moment:
     start = stage.scene.start
     at_start = Pose(position_m=(start.x_m, start.y_m, start.z_m), yaw_rad=start.yaw_rad)
     seen = [(known.ns, at_start)] if known.starts else []
-    seen += ((ns, _pose(event)) for ns, event in known.poses)
+    seen += ((ns, pose_of(event)) for ns, event in known.poses)
     track = tuple(pose.position_m[:2] for _, pose in seen)
     ns, pose = seen[-1]
     return Moment(ns=ns, case=known.case, stage=stage, pose=pose, track=track)
 
 
-def _pose(event: Event) -> Pose:
+def pose_of(event: Event) -> Pose:
+    """Return the pose that an event tells of.
+
+    Raises:
+        WorldError: it is damaged.
+    """
     values = [event.get(name) for name in ("x_m", "y_m", "z_m", "yaw_rad")]
     if not all(type(value) is int and abs(value) * _MILLIONTH < FARTHEST_M for value in values):
         raise WorldError(f"the pose at {event['ns']} ns is damaged")

@@ -58,7 +58,15 @@ def test_the_suite_for_a_board_in_the_docs_runs(tmp_path: Path, capfd: pytest.Ca
 
 
 PACKAGES = {path.parent for path in (ROOT / "examples").rglob("pyproject.toml")}  # their benches need what they bring
-BENCHES = sorted(path for path in (ROOT / "examples").rglob("*.toml") if PACKAGES.isdisjoint(path.parents))
+CAMPAIGNS = sorted((ROOT / "examples" / "campaigns").glob("*.toml"))
+FILES = sorted(path for path in (ROOT / "examples").rglob("*.toml") if PACKAGES.isdisjoint(path.parents))
+BENCHES = [path for path in FILES if path not in CAMPAIGNS]
+
+
+def test_example_campaigns_are_right(capsys):
+    for path in CAMPAIGNS:
+        assert main(["campaign", str(path), "--list"]) == 0, path
+        assert capsys.readouterr().out.startswith("hilbench check "), path
 
 
 @pytest.mark.parametrize("bench", BENCHES, ids=lambda bench: bench.stem)

@@ -7,6 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import escape
 
+from hilbench.check.page.speed import speeds_of
+from hilbench.check.page.states import Machine, machines_of
 from hilbench.clock import NS_PER_S
 from hilbench.errors import HilbenchError
 from hilbench.files.names import printable
@@ -69,6 +71,8 @@ class Story:
         left_out: how many there were before.
         pins: their levels as SVG; empty if none has changed.
         map: the world from above as SVG; empty if there is none.
+        machines: the state machines that changed.
+        speeds: of the vehicle over the case, as SVG; empty if none moved.
     """
 
     case: str
@@ -76,6 +80,8 @@ class Story:
     left_out: int
     pins: str
     map: str
+    machines: tuple[Machine, ...]
+    speeds: str
 
 
 def story_of(recording: Recording, case: str, protocol: ProtocolPlugin | None) -> Story | None:
@@ -97,6 +103,8 @@ def story_of(recording: Recording, case: str, protocol: ProtocolPlugin | None) -
         left_out=max(0, len(lines) - MOST_LINES),
         pins=_pins(own.events),
         map=_map(own),
+        machines=tuple(machines_of(own.events)),
+        speeds=speeds_of(own.events),
     )
 
 
