@@ -29,7 +29,7 @@ PORT = 23786
 def main(words: Sequence[str]) -> int:
     """Measure, and print a table; 1 if the ways do not come to the same."""
     parser = argparse.ArgumentParser(prog="python -m measure.campaign_overhead", description=__doc__)
-    parser.add_argument("--points", type=int, default=60, help="how many (default: 60)")
+    parser.add_argument("--points", type=int, default=200, help="how many (default: 200)")
     parser.add_argument("--select", default=CASES, help="what each runs of pioneer-plane")
     chosen = parser.parse_args(words)
     points = {str(seed): Point(bench="pioneer-plane", seed=seed, select=chosen.select) for seed in range(chosen.points)}
