@@ -44,7 +44,7 @@ class Line:
         name: of the message, or kind of the event.
         text: its fields.
         raw: its bytes, in hexadecimal.
-        bad: whether it is no sound frame.
+        bad: whether it is no sound frame, on a line on which there are some.
     """
 
     ns: int
@@ -109,19 +109,25 @@ def story_of(recording: Recording, case: str, protocol: ProtocolPlugin | None) -
 
 
 def _lines(recording: Recording, protocol: ProtocolPlugin | None) -> Iterator[Line]:
+    """Yield what was said and what happened.
+
+    Nothing says which lines of a bench speak the protocol: whoever neither sent nor got a frame of it speaks another.
+    """
     events = [(event["ns"], event) for event in recording.events if type(event.get("ns")) is int]
     if protocol is not None:
-        for one in framed(events, protocol):
+        found = list(framed(events, protocol))
+        speak = {one.source for one in found if one.item.kind is Kind.FRAME}
+        for one in found:
             item = one.item
             fields = ", ".join(f"{name} {value}" for name, value in item.fields.items())
             yield Line(
                 ns=one.ns,
                 way=one.kind,
                 source=_cut(one.source),
-                name=_cut(item.name),
+                name=_cut(item.name) if one.source in speak else "bytes",
                 text=_cut(fields),
                 raw=_hex(item.raw),
-                bad=item.kind is not Kind.FRAME,
+                bad=item.kind is not Kind.FRAME and one.source in speak,
             )
     for ns, event in events:
         if event["kind"] not in _NO_LINES:

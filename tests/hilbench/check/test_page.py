@@ -13,8 +13,10 @@ import msgspec
 import pytest
 
 from hilbench.check.page import html_page, run_of_journal, run_of_report
+from hilbench.check.page.story import story_of
 from hilbench.cli import main
 from hilbench.journal import Recording
+from hilbench.plugins.discovery import PLUGINS
 
 BODY = """
     @my("A1")
@@ -224,3 +226,22 @@ def test_a_journal_alone_has_a_row_for_each_case(check):
     assert rows(page) == [(["fail"], False), (["not run"], False)]
     assert {"<bench>", "<i>", "</td>"} <= {one for one in ("<bench>", "<i>", "</td>") if one in page.text()}
     assert sum(tag == "img" for tag, _ in page.elements) == 1
+
+
+def test_a_line_without_a_frame_of_the_protocol_is_not_damaged_but_another():
+    sync, text = "fafb03000000", b"$GPGGA,1*00".hex()
+    events = [
+        {"ns": 0, "kind": "case", "source": "journal", "case": "s/one"},
+        {"ns": 1, "kind": "rx", "source": "robot", "data": sync},
+        {"ns": 2, "kind": "rx", "source": "robot", "data": text},
+        {"ns": 2 * 10**9, "kind": "rx", "source": "robot", "data": sync},
+        {"ns": 3, "kind": "tx", "source": "gps", "data": text},
+        {"ns": 4 * 10**9, "kind": "case-end", "source": "journal", "case": "s/one", "hash": ""},
+    ]
+    recording = Recording(header={}, events=events, problem="", ended=True)
+    story = story_of(recording, "s/one", PLUGINS.get("p2os", ""))
+    assert {(line.source, line.name == "bytes", line.bad) for line in story.lines if line.raw} == {
+        ("robot", False, False),
+        ("robot", False, True),
+        ("gps", True, False),
+    }
