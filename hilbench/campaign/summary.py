@@ -10,7 +10,7 @@ from hilbench.files.names import escaped, printable
 __all__ = ["lines_of"]
 
 _MOST_CLAUSES = 20
-_MOST_FIGURES = 5
+_MOST_FIGURES = 12
 _MOST_CAUSE = 160
 
 
