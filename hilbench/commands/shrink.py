@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 from hilbench.errors import UsageError
 from hilbench.exit_codes import ExitCode
-from hilbench.strict.changes import parse_change
 from hilbench.terminal import arguments, interruption
 from hilbench.terminal.parser import Parser, typed
 
@@ -50,6 +49,8 @@ def parser() -> Parser:
 
 def _written(text: str) -> str:
     """Read ``KEY=VALUE``, and leave it as it is."""
+    from hilbench.strict.changes import parse_change
+
     return parse_change(text).text
 
 
@@ -96,6 +97,7 @@ def _data(point: Point) -> tuple[Path, dict[str, Any]]:
         UsageError: it is wrong.
     """
     from hilbench.benchfile.reader import open_bench
+    from hilbench.strict.changes import parse_change
     from hilbench.strict.toml_file import TomlFile
 
     changes = tuple(map(parse_change, point.changes))
@@ -137,7 +139,7 @@ def _fails(point: Point, clause: str) -> Callable[[Entries], bool]:
 def _with(point: Point, entries: Entries) -> Point:
     import msgspec
 
-    from hilbench.strict.changes import change_text
+    from hilbench.strict.changes import change_text, parse_change
 
     kept = tuple(text for text in point.changes if parse_change(text).path[0] not in entries)
     put = tuple(change_text(key, list(of)) for key, of in entries.items())

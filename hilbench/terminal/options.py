@@ -5,8 +5,10 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from hilbench.strict.changes import Change
+if TYPE_CHECKING:
+    from hilbench.strict.changes import Change
 
 DEFAULT_BENCH = "pioneer"
 """The bench that is meant where none is named and no file is there."""

@@ -69,6 +69,8 @@ ALLOWED = {
     "--help": set(),
     "--version": set(),
     "check --help": set(),
+    "campaign --help": set(),
+    "shrink --help": set(),
     "serve --help": set(),
     "run --help": set(),
     "init --help": set(),
