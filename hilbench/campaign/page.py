@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from hilbench.campaign.plots import plots_of
 from hilbench.campaign.point import Outcome, Point, command_of
-from hilbench.campaign.statistics import Statistics
+from hilbench.campaign.statistics import Statistics, number
 from hilbench.campaign.summary import rate_of
 from hilbench.files.names import escaped
 
@@ -34,6 +34,7 @@ def html_page(found: Statistics, results: Sequence[tuple[Point, Outcome]], title
         lstrip_blocks=True,
     )
     environment.filters["rate"] = rate_of
+    environment.filters["number"] = number
     rows = [(outcome, command_of(point)) for point, outcome in results if outcome.verdict != "pass"]
     page = environment.get_template("page.html.j2").render(
         title=title, found=found, plots=plots_of(found), rows=rows[:MOST_POINTS], others=len(rows[MOST_POINTS:])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import shlex
 import traceback
 from collections.abc import Iterable, Mapping
@@ -116,11 +117,11 @@ def key_of(point: Point, inputs: Iterable[str]) -> str:
 
     Args:
         point: it; what its factors are called does not count.
-        inputs: digests of what it is made of: hilbench, the bench file, images, suites.
+        inputs: digests of what it is made of, in their order: hilbench, the bench file, images, suites.
     """
     changes = [parse_change(text).canonical() for text in point.changes]
     names = [Path(text).name for text in (point.bench, *point.suites)]  # wherever they lie: their digests are inputs
-    about = [names, point.seed, changes, point.select, sorted(inputs)]
+    about = [names, point.seed, changes, point.select, list(inputs)]
     return hashlib.sha256(json.dumps(about).encode()).hexdigest()
 
 
@@ -179,7 +180,12 @@ def _outcome(report: Report) -> Outcome:
             for clause in report.clauses
             if clause.verdict in _SHOWN
         ),
-        figures=tuple(_figure(case.id, measure, case.clause_ids) for case in report.cases for measure in case.measures),
+        figures=tuple(
+            _figure(case.id, measure, case.clause_ids)
+            for case in report.cases
+            for measure in case.measures
+            if math.isfinite(measure.value)  # what is none has no place in a distribution, nor in JSON
+        ),
     )
 
 
@@ -195,6 +201,11 @@ def _figure(case: str, measure: Measure, clauses: tuple[str, ...]) -> Figure:
         name=measure.name,
         value=measure.value,
         unit=measure.unit,
-        low=measure.low,
-        high=measure.high,
+        low=_limit(measure.low),
+        high=_limit(measure.high),
     )
+
+
+def _limit(limit: float | None) -> float | None:
+    """Return a limit; one that is infinite is none."""
+    return limit if limit is not None and math.isfinite(limit) else None

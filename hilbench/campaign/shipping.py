@@ -66,7 +66,11 @@ def run_shipped(point: Point, parcel: str, files: Mapping[str, bytes] | None, hi
     if not (folder / "complete").is_file():
         if files is None:
             return None
-        _unpack(folder, files)
+        try:
+            _unpack(folder, files)
+        except (OSError, UnavailableError) as error:
+            cause = f"the worker cannot keep the files of the campaign: {error}"
+            return Outcome(verdict="error", exit_code=ExitCode.UNAVAILABLE, cause=cause)
     return run_point(_moved(point, folder))
 
 

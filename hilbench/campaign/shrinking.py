@@ -70,7 +70,7 @@ class Shrinker:
     def _halve(self, found: dict[str, list[Any]], key: str, index: int) -> None:
         for name, least in _HALVED.items():
             while (value := found[key][index].get(name, least)) > least:
-                smaller = max(value // 2 if isinstance(value, int) else round(value / 2, 6), least)
+                smaller = max(value // 2 if isinstance(least, int) else round(value / 2, 6), least)
                 before = found[key][index]
                 found[key][index] = before | {name: smaller}
                 if not self._fails(found):

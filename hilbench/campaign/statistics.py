@@ -11,7 +11,7 @@ import msgspec
 
 from hilbench.campaign.point import Figure, Outcome, Point
 
-__all__ = ["ClauseRate", "Distribution", "FactorLevel", "Statistics", "Tally", "statistics", "wilson"]
+__all__ = ["ClauseRate", "Distribution", "FactorLevel", "Statistics", "Tally", "number", "statistics", "wilson"]
 
 Result = tuple[Point, Outcome]
 Quantiles = tuple[float, float, float, float, float]
@@ -70,8 +70,7 @@ class ClauseRate(msgspec.Struct, frozen=True, kw_only=True):
         clause: it.
         tally: of the points at which it was judged.
         first_failing: for each factor in numbers, the least value at which it failed.
-        last_clean: for each factor in numbers, the greatest value up to which it never failed; absent if it failed at
-            the least.
+        last_clean: for each factor in numbers, the greatest value below that at which it passed, if any.
         cause: that of the first failure.
     """
 
@@ -148,6 +147,11 @@ def wilson(failed: int, tries: int) -> tuple[float, float]:
     return (0.0 if failed == 0 else middle - half), (1.0 if failed == tries else middle + half)
 
 
+def number(value: float | str) -> str:
+    """Return a level that is a number as a person writes it: a million is no 1e+06, nor what lies one beside it."""
+    return f"{value:.12g}" if isinstance(value, (int, float)) else value
+
+
 def _tally(verdicts: Iterable[str]) -> Tally:
     counts = Counter(verdicts)
     failed, judged = counts["fail"], counts["fail"] + counts["pass"]
@@ -177,7 +181,7 @@ def _levels(name: str, results: Sequence[Result], *, in_bins: bool) -> list[Fact
     levels = sorted(groups, key=float)
     if len(levels) <= 2 * _BINS:
         return [
-            FactorLevel(factor=name, level=f"{level:g}", value=float(level), tally=_tally(groups[level]))
+            FactorLevel(factor=name, level=number(level), value=float(level), tally=_tally(groups[level]))
             for level in levels
         ]
     edges = [round(number * len(levels) / _BINS) for number in range(_BINS + 1)]
@@ -185,7 +189,7 @@ def _levels(name: str, results: Sequence[Result], *, in_bins: bool) -> list[Fact
     return [
         FactorLevel(
             factor=name,
-            level=f"{values[0]:g} to {values[-1]:g}",
+            level=f"{number(values[0])} to {number(values[-1])}",
             value=float(values[len(values) // 2]),
             tally=_tally(verdict for value in values for verdict in groups[value]),
         )
@@ -210,6 +214,7 @@ def _clauses(results: Sequence[Result], numbers: set[str]) -> tuple[ClauseRate, 
 def _clause(name: str, rows: Sequence[tuple[Point, str, str]], numbers: set[str]) -> ClauseRate:
     failing = [(point, cause) for point, verdict, cause in rows if verdict == "fail"]
     where = [point for point, _ in failing]
+    passing = [point for point, verdict, _ in rows if verdict == "pass"]
     first = {factor: least for factor in sorted(numbers) if (least := _least(factor, where)) is not None}
     return ClauseRate(
         clause=name,
@@ -218,7 +223,7 @@ def _clause(name: str, rows: Sequence[tuple[Point, str, str]], numbers: set[str]
         last_clean={
             factor: below
             for factor, least in first.items()
-            if (below := _greatest(factor, [point for point, _, _ in rows], below=least)) is not None
+            if (below := _greatest(factor, passing, below=least)) is not None
         },
         cause=failing[0][1] if failing else next((cause for _, verdict, cause in rows if verdict != "pass"), ""),
     )

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from hilbench.campaign.statistics import Distribution, Statistics, Tally
+from hilbench.campaign.statistics import Distribution, Statistics, Tally, number
 from hilbench.files.names import escaped, printable
 
-__all__ = ["lines_of"]
+__all__ = ["lines_of", "rate_of"]
 
 _MOST_CLAUSES = 20
 _MOST_FIGURES = 12
@@ -49,8 +49,8 @@ def _of_clauses(found: Statistics) -> Iterator[str]:
     for rate in found.clauses[:_MOST_CLAUSES]:
         yield f"  {rate.clause:<26} {rate.tally.points:>7} {rate.tally.failed:>6}   {rate_of(rate.tally)}"
         for factor, least in rate.first_failing.items():
-            clean = f", never up to {rate.last_clean[factor]:g}" if factor in rate.last_clean else ""
-            yield f"      fails from {factor} = {least:g} on{clean}"
+            clean = f", never up to {number(rate.last_clean[factor])}" if factor in rate.last_clean else ""
+            yield f"      first fails at {factor} = {number(least)}{clean}"
         yield f"      {rate.cause:.{_MOST_CAUSE}}"
     if len(found.clauses) > _MOST_CLAUSES:
         yield f"  and {len(found.clauses) - _MOST_CLAUSES} more"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -71,15 +71,15 @@ def run(parsed: argparse.Namespace) -> int:
         if file is not None:
             check_writable(file, option)
     refuse_overwriting(outputs, [("the campaign file", parsed.file)])
-    keys = {key_of(point, inputs_of_point(point)): point for point in campaign.points}
+    placed = [(key_of(point, inputs_of_point(point)), point) for point in campaign.points]
     with Results(path) as results:
         interruption.raise_once()
         try:
-            _run(keys, results, parsed, console)
+            _run(dict(placed), results, parsed, console)
         except KeyboardInterrupt:
-            _show(campaign, keys, results, parsed, console)
+            _show(campaign, placed, results, parsed, console)
             raise
-        return _show(campaign, keys, results, parsed, console)
+        return _show(campaign, placed, results, parsed, console)
 
 
 def _run(keys: Mapping[str, Point], results: Results, parsed: argparse.Namespace, console: Console) -> None:
@@ -90,9 +90,26 @@ def _run(keys: Mapping[str, Point], results: Results, parsed: argparse.Namespace
     if known:
         console.narrate(f"{len(known)} of {len(keys)} points have a result already")
     with shown(console, len(missing)) as show:
-        for key, outcome in _outcomes(missing, parsed):
+        for number, (key, outcome) in enumerate(_outcomes(missing, parsed)):
+            if not (parsed.scheduler and number):  # workers have the files as they were when the first was given out
+                _check_unchanged(key, missing[key])
             results.enter(key, missing[key], outcome)
             show(outcome)
+
+
+def _check_unchanged(key: str, point: Point) -> None:
+    """Require that what a point is made of is what it was: its result would be kept as that of other files.
+
+    Raises:
+        UnavailableError: it has changed.
+    """
+    from hilbench.campaign.digests import inputs_of_point
+    from hilbench.campaign.point import key_of
+    from hilbench.errors import UnavailableError
+
+    if key_of(point, inputs_of_point(point)) != key:
+        hint = "what was run before is kept: the same command goes on with what it is now"
+        raise UnavailableError("its files have changed while points were run", where=point.bench, hint=hint)
 
 
 def _outcomes(points: Mapping[str, Point], parsed: argparse.Namespace) -> Iterator[tuple[str, Outcome]]:
@@ -108,7 +125,11 @@ def _outcomes(points: Mapping[str, Point], parsed: argparse.Namespace) -> Iterat
 
 
 def _show(
-    campaign: Campaign, keys: Mapping[str, Point], results: Results, parsed: argparse.Namespace, console: Console
+    campaign: Campaign,
+    placed: Sequence[tuple[str, Point]],
+    results: Results,
+    parsed: argparse.Namespace,
+    console: Console,
 ) -> int:
     import msgspec
 
@@ -118,9 +139,10 @@ def _show(
     from hilbench.exit_codes import worst
     from hilbench.files import write_atomically
 
-    known = results.known(keys, errors=True)
-    pairs = [(point, known[key]) for key, point in keys.items() if key in known]
-    found = statistics(pairs, campaign.factors, len(keys))
+    # Two levels may come to the same point, which is run once then, and counts for both.
+    known = results.known(dict(placed), errors=True)
+    pairs = [(point, known[key]) for key, point in placed if key in known]
+    found = statistics(pairs, campaign.factors, len(placed))
     data = msgspec.json.format(msgspec.json.encode(found)).decode()
     if parsed.html is not None:
         from hilbench.campaign.page import html_page

@@ -79,7 +79,7 @@ def run(parsed: argparse.Namespace) -> int:
         raise UsageError("has no faults and no stimuli to leave out", where=parsed.bench, hint=hint)
     interruption.raise_once()
     clause = _failing(point, parsed.clause)
-    shrinker = Shrinker(_fails(point, clause))
+    shrinker = Shrinker(_fails(point, clause, entries))
     with console.progress() as show:
         shrinker.fails = _shown(shrinker, show, clause)
         left = shrinker.shrink(entries)
@@ -122,18 +122,19 @@ def _failing(point: Point, wanted: str) -> str:
     return wanted or failing[0]
 
 
-def _fails(point: Point, clause: str) -> Callable[[Entries], bool]:
+def _fails(point: Point, clause: str, entries: Entries) -> Callable[[Entries], bool]:
+    """Return what says whether a clause fails: of its own cases alone, if they fail without those before them."""
     import msgspec
 
     from hilbench.campaign.point import run_point
 
     narrow = msgspec.structs.replace(point, select=f"({point.select}) and {clause}" if point.select else clause)
 
-    def fails(entries: Entries) -> bool:
-        outcome = run_point(_with(narrow, entries))
+    def fails(those: Entries, of: Point = narrow) -> bool:
+        outcome = run_point(_with(of, those))
         return any(one.id == clause and one.verdict == "fail" for one in outcome.clauses)
 
-    return fails
+    return fails if fails(entries) else lambda those: fails(those, point)
 
 
 def _with(point: Point, entries: Entries) -> Point:
@@ -169,22 +170,28 @@ def _report(point: Point, clause: str, runs: int, before: Entries, left: Entries
 
 
 def _write(data: dict[str, Any], bench: Path, file: Path) -> None:
-    """Write the reduced bench; take it away again if it is none at that place.
+    """Write the reduced bench, unless it is none at that place: what is there already is left alone then.
 
     Raises:
         UsageError: its paths lead nowhere from there.
     """
+    import tempfile
+
     from hilbench.benchfile.reader import read_bench
     from hilbench.errors import HilbenchError
     from hilbench.files import write_atomically
     from hilbench.strict.toml_writer import toml_text
 
-    write_atomically(file, toml_text(data))
+    text = toml_text(data)
     try:
-        read_bench(file)
+        if file.is_file() or not file.exists():
+            with tempfile.NamedTemporaryFile("w", encoding="utf-8", dir=file.parent, suffix=".toml") as beside:
+                beside.write(text)
+                beside.flush()
+                read_bench(Path(beside.name))
     except HilbenchError as error:
-        file.unlink(missing_ok=True)
         message, hint = f"no bench there: {error.message}", f"its paths are relative to {bench.parent}"
         raise UsageError(
             message, where=f"--write {file}", hint=f"{hint}: write it there, or take the command"
         ) from None
+    write_atomically(file, text)

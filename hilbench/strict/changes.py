@@ -6,6 +6,7 @@ one of TOML too; what is none is a text, so ``world.scene=corridor`` needs no qu
 
 from __future__ import annotations
 
+import copy
 import json
 import tomllib
 from collections.abc import Sequence
@@ -52,7 +53,10 @@ def parse_change(text: str) -> Change:
     key, sign, value = text.partition("=")
     if not sign:
         raise ValueError(f"'{text}' is not KEY=VALUE")
-    return Change(_path(key, text), _value(value.strip()), text)
+    try:
+        return Change(_path(key, text), _value(value.strip()), text)
+    except RecursionError:
+        raise ValueError(f"'{text:.40}...' has too many brackets in each other") from None
 
 
 def change_text(key: str, value: Any) -> str:
@@ -93,9 +97,10 @@ def apply(data: dict[str, Any], changes: Sequence[Change]) -> None:
     """
     for change in changes:
         at: Any = data
+        value = copy.deepcopy(change.value)  # a later change may be about what is in it
         for part, following in zip(change.path, change.path[1:], strict=False):
             at = _enter(at, part, [] if following.isdecimal() else {}, change)
-        _put(at, change.path[-1], change.value, change)
+        _put(at, change.path[-1], value, change)
 
 
 def stands(data: Any, path: Sequence[str]) -> bool:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
+import signal
 import sqlite3
+import subprocess
 import sys
 from collections import Counter
 from types import SimpleNamespace
@@ -75,7 +79,7 @@ def test_two_processes_come_to_what_one_call_comes_to_and_nothing_is_run_twice(c
     assert code == 0
     assert (report["planned"], report["total"]["passed"], report["total"]["failed"]) == (4, 2, 2)
     assert "S01" in said.out
-    assert "fails from faults.0.probability = 1 on, never up to 0.0001" in said.out
+    assert "first fails at faults.0.probability = 1, never up to 0.0001" in said.out
     page = (tmp_path / "c.html").read_text()
     assert (
         "hilbench check pioneer-plane --set faults.0.kind=drop --set faults.0.probability=1.0 -k S01 --seed 1" in page
@@ -147,6 +151,49 @@ def test_interrupted_it_keeps_what_was_run_and_says_so(campaign, monkeypatch):
     assert "4 points, 3 without a result" in said.out
 
 
+def test_two_levels_that_are_the_same_point_count_both_and_are_run_once(campaign, tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        "hilbench.campaign.processes.run_here", lambda points, _: ((k, run_point(points[k])) for k in points)
+    )
+    levels = '[factors]\nstep.a = { "world.step_hz" = 240 }\nstep.b = { "world.step_hz" = 240 }'
+    _, report, _ = campaign(text=f'version = 1\nbench = "pioneer-plane"\nselect = "S01"\n{levels}')
+    assert [(level["level"], level["tally"]["points"]) for level in report["levels"]] == [("a", 1), ("b", 1)]
+    assert len(rows(tmp_path)) == 1
+
+
+def test_a_result_of_a_file_that_has_changed_meanwhile_is_not_kept(campaign, tmp_path, monkeypatch):
+    bench = tmp_path / "b.toml"
+    bench.write_text(OWN_BENCH)
+
+    def here(points, _jobs):
+        yield next(iter(points)), Outcome(verdict="pass", exit_code=0)
+        bench.write_text(f"{OWN_BENCH}# another one\n")
+        yield from ((key, Outcome(verdict="fail", exit_code=1)) for key in [*points][1:])
+
+    monkeypatch.setattr("hilbench.campaign.processes.run_here", here)
+    code, _, said = campaign(text='version = 1\nbench = "b.toml"\nseeds = 2')
+    assert code == 3
+    assert "b.toml: its files have changed while points were run; what was run before is kept" in said.err
+    assert len(rows(tmp_path)) == 1
+
+
+def test_a_figure_that_is_no_number_does_not_spoil_the_results(campaign, tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        "hilbench.campaign.processes.run_here", lambda points, _: ((k, run_point(points[k])) for k in points)
+    )
+    (tmp_path / "mine.py").write_text(
+        "from hilbench.check import case, record_measure\n"
+        '@case("X1", text="One.", source="us")\ndef test_one(peer):\n'
+        '    record_measure("a", float("nan"), "s")\n'
+        '    record_measure("b", 1.0, "s", high=float("inf"))\n'
+    )
+    text = 'version = 1\nbench = "pioneer-plane"\nsuites = ["mine.py"]'
+    for _ in range(2):
+        code, report, _ = campaign(text=text)
+        assert (code, report["total"]["passed"]) == (0, 1)
+        assert [(one["name"], one["margins"]) for one in report["figures"]] == [("b", None)]
+
+
 def test_a_list_runs_nothing(campaign, tmp_path):
     code, _, said = campaign("--list")
     assert code == 0
@@ -182,6 +229,19 @@ def test_a_process_that_dies_costs_its_own_point_and_no_other():
     assert all(found[key].bench_time_s == point.seed for key, point in points.items() if key != "3")
 
 
+@pytest.mark.slow("starts processes, and has the first one killed")
+def test_no_process_outlives_a_campaign_that_is_killed():
+    program = "from tests.hilbench.campaign.dying import campaign_without_end; campaign_without_end()"
+    campaign = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, start_new_session=True)
+    assert campaign.stdout.readline() == b"0\n"
+    campaign.kill()
+    try:
+        campaign.communicate(timeout=120)  # until the last process that holds its output has ended
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(campaign.pid, signal.SIGKILL)
+
+
 def test_files_go_along_once_and_stand_elsewhere_as_they_stand_here(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "there"))
     own, folder = hosts.own_digest(), tmp_path / "here"
@@ -198,6 +258,14 @@ def test_files_go_along_once_and_stand_elsewhere_as_they_stand_here(tmp_path, mo
     assert (outcome.verdict, outcome.cause) == ("pass", "")
     assert run_shipped(point, parcel.digest, None, own).run_hash == outcome.run_hash
     assert run_shipped(point, parcel.digest, None, "other").cause.startswith("the worker has another hilbench")
+
+
+def test_a_worker_that_cannot_keep_the_files_says_so(tmp_path, monkeypatch):
+    (tmp_path / "cache").write_text("a file where a folder belongs")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    outcome = run_shipped(Point(bench="b.toml", seed=0), "d", {"/b.toml": b""}, hosts.own_digest())
+    assert (outcome.verdict, outcome.exit_code) == ("error", 3)
+    assert outcome.cause.startswith("the worker cannot keep the files of the campaign: ")
 
 
 class KilledError(Exception):

@@ -131,3 +131,25 @@ def test_a_bench_whose_paths_lead_nowhere_from_there_is_not_left_behind(tmp_path
     assert "S01 fails with 1 of 1 entries" in said.out
     assert f"its paths are relative to {tmp_path}: write it there" in said.err
     assert not small.exists()
+    small.write_text("mine")
+    assert main(["shrink", str(file), "--suite", "p2os-server", "-k", "S01", "--write", str(small)]) == 2
+    assert small.read_text() == "mine"
+    assert [one.name for one in small.parent.iterdir()] == ["small.toml"]
+
+
+def test_a_clause_that_fails_only_after_other_cases_is_reduced_with_them(tmp_path, capsys):
+    (tmp_path / "mine.py").write_text(
+        "from hilbench.check import case\nbefore = []\n"
+        '@case("X1", text="One.", source="us")\ndef test_one(peer): before.append(1)\n'
+        '@case("X2", text="Two.", source="us")\ndef test_two(peer): assert not before\n'
+    )
+    words = ["--suite", str(tmp_path / "mine.py"), "--set", DROP]
+    assert main(["shrink", "pioneer-plane", *words]) == 0
+    assert capsys.readouterr().out.startswith("X2 fails without any of the 1 entries")
+
+
+def test_a_duration_in_whole_seconds_is_halved_too():
+    def fails(left):
+        return bool(left["faults"]) and left["faults"][0]["duration_s"] >= 0.3
+
+    assert Shrinker(fails).shrink({"faults": [{"duration_s": 2}]}) == {"faults": [{"duration_s": 0.5}]}

@@ -60,7 +60,7 @@ def test_a_clause_says_from_where_it_fails_and_up_to_where_it_never_did():
     (clause,) = found.clauses
     assert (clause.clause, clause.first_failing, clause.last_clean) == ("X1", {"rate": 0.3}, {"rate": 0.2})
     assert clause.cause == "X1 fail"
-    assert "      fails from rate = 0.3 on, never up to 0.2" in list(lines_of(found))
+    assert "      first fails at rate = 0.3, never up to 0.2" in list(lines_of(found))
 
 
 def test_one_that_fails_everywhere_was_clean_nowhere():
@@ -115,3 +115,16 @@ def test_plots_are_pictures_of_rates_and_margins():
         "Margins: least, 5 %, median, 95 % and greatest",
     ]
     assert all(plot.address.startswith("data:image/svg+xml;base64,") for plot in plots)
+
+
+def test_where_nothing_could_be_judged_nothing_is_said_to_be_clean():
+    rows = [
+        result(word, level, clauses=[("X1", word)]) for level, word in ((1, "pass"), (2, "inconclusive"), (3, "fail"))
+    ]
+    assert statistics(rows, ["rate"], 3).clauses[0].last_clean == {"rate": 1.0}
+    assert statistics(rows[1:], ["rate"], 2).clauses[0].last_clean == {}
+
+
+def test_levels_that_differ_look_different():
+    rows = [result("pass", level) for level in (1_000_001, 1_000_002)]
+    assert [one.level for one in statistics(rows, ["rate"], 2).levels] == ["1000001", "1000002"]

@@ -98,3 +98,16 @@ def test_whatever_is_written_is_read_or_refused(text):
         return
     assert change.path
     assert change.canonical() == parse_change(text).canonical()
+
+
+def test_a_change_is_the_same_after_it_was_made():
+    changes = [parse_change("faults=[]"), parse_change("faults.0.kind=drop")]
+    before = [change.canonical() for change in changes]
+    apply({}, changes)
+    assert [change.canonical() for change in changes] == before
+
+
+def test_brackets_without_end_are_refused():
+    for text in (f"a={'[' * 20_000}", f"a={'{a=' * 20_000}"):
+        with pytest.raises(ValueError, match="too many brackets"):
+            parse_change(text)
