@@ -16,9 +16,9 @@ from hilbench.benchfile.bench_file import BusEnd, BusPins, PartPlan
 from hilbench.mcu.group import MachineGroup
 from hilbench.mcu.parts import Parts
 from hilbench.mcu.seams import Machine
-from targets.mcu.i2c_bus import I2cBus, I2cSlave, I2cTransaction
+from targets.mcu.i2c_bus import RELEASED, I2cBus, I2cSlave, I2cTransaction
 from targets.mcu.i2c_pins import I2cPins
-from targets.mcu.signals import Signals
+from targets.mcu.pins import Pins
 from targets.mcu.spi_bus import SpiSlave
 from targets.parts import Part
 
@@ -73,10 +73,16 @@ class _AtPins:
     def __init__(self, slave: I2cSlave, here: Callable[[], bool]) -> None:
         self._slave = slave
         self._here = here
-        self.write, self.read, self.end = slave.write, slave.read, slave.end
+        self.end = slave.end
 
     def address(self, address: int, read: bool, now_ns: int) -> bool:
         return self._here() and self._slave.address(address, read, now_ns)
+
+    def write(self, byte: int, now_ns: int) -> bool:
+        return self._here() and self._slave.write(byte, now_ns)
+
+    def read(self, now_ns: int) -> int:
+        return self._slave.read(now_ns) if self._here() else RELEASED
 
 
 class _SpiAhead:
@@ -148,7 +154,7 @@ class Buses:
             self._followed[end].put_at(chip.pins[end.scl], chip.pins[end.sda])
         self._followed[end].bus.attach(slave)
         for interface, i2c in chip.i2cs.items():
-            i2c.bus.attach(_AtPins(slave, partial(_carry, chip.signals, interface, end)))
+            i2c.bus.attach(_AtPins(slave, partial(_carry, chip.pins, interface, end)))
 
     def _ended(self, source: str, transaction: I2cTransaction) -> None:
         self._group.output(
@@ -156,6 +162,7 @@ class Buses:
         )
 
 
-def _carry(signals: Signals, interface: str, pins: BusPins) -> bool:
-    """Say whether the signals of an interface are at these pins."""
-    return (signals.route_of(f"{interface}_SCL"), signals.route_of(f"{interface}_SDA")) == (pins.scl, pins.sda)
+def _carry(pins: Pins, interface: str, at: BusPins) -> bool:
+    """Say whether both pins carry the signals of an interface: routed there, and not moved by the program itself."""
+    wires = ((pins[at.scl], f"{interface}_SCL"), (pins[at.sda], f"{interface}_SDA"))
+    return all(pin.alternate and any(output.name == name for output in pin.outputs) for pin, name in wires)

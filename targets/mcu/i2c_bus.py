@@ -19,7 +19,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
-__all__ = ["I2cBus", "I2cMessage", "I2cSlave", "I2cTransaction"]
+__all__ = ["RELEASED", "I2cBus", "I2cMessage", "I2cSlave", "I2cTransaction"]
 
 BYTE_BITS = 8
 RELEASED = 0xFF

@@ -11,6 +11,8 @@ from hilbench.errors import UsageError
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.under_test import boards_under_test
 from targets.firmware import image_path
+from targets.mcu.i2c_bus import RELEASED
+from targets.mcu.pins import PadMode
 
 BENCH = """
 version = 1
@@ -59,6 +61,26 @@ def test_at_its_pins_both_the_program_and_an_interface_find_it(run):
 def test_an_interface_finds_it_in_each_way_of_a_driver(run):
     said, _ = run(PINS, image="style-eeprom")
     assert said == ["polled: ok", "by interrupt: ok", "by dma: ok"]
+
+
+@pytest.mark.parametrize(("scl", "sda"), [(False, False), (True, False), (False, True), (True, True)])
+def test_an_interface_reaches_it_by_both_pins_or_not_at_all(tmp_path, scl, sda):
+    file = tmp_path / "b.toml"
+    file.write_text(BENCH.format(image_path("style-soft-i2c"), PINS))
+    emulated = EmulatedBench(open_bench(str(file)))
+    chip = emulated.machines["brain"].chip
+    for pin, carries in (("PB6", scl), ("PB7", sda)):
+        mode = PadMode.AF_OPEN_DRAIN if carries else PadMode.OPEN_DRAIN
+        chip.pins[pin].configure(mode, latch=True, pull=None)
+    bus = chip.i2cs["I2C1"].bus
+    bus.start(0)
+    assert bus.address(0x50, False, 0) is (scl and sda)
+    if scl and sda:  # taken away in the middle
+        assert bus.write(0x20, 0)
+        chip.pins["PB6"].configure(PadMode.OPEN_DRAIN, latch=True, pull=None)
+        assert not bus.write(0x21, 0)
+        assert bus.read(0) == RELEASED
+    emulated.close()
 
 
 def test_at_other_pins_nobody_finds_it(run):
