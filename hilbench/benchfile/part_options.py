@@ -42,12 +42,13 @@ def with_parts(parsed: argparse.Namespace, bench_file: BenchFile) -> BenchFile:
 
     if bench_file.path is not None or len(bench_file.boards) != 1:
         raise UsageError("is for one board with an image", where="--part", hint="in a bench file: [parts.NAME]")
-    (board,) = bench_file.boards
+    ((board, emulated),) = bench_file.boards.items()
     entries: dict[str, PartEntry] = {}
-    for name, entry in (parse_part(text, board) for text in parsed.part):
+    for name, entry in (parse_part(text, board, emulated.board) for text in parsed.part):
         if name in entries:
             raise UsageError(f"there are two parts called {name}", where="--part", hint="give each a name of its own")
         entries[name] = entry
     model = BenchModel(version=1, targets={board: TargetEntry(board=board)}, parts=entries)
-    wiring = WiringReader(model, bench_file.boards, None, Strict(lambda _path: "--part"))
+    strict = Strict(lambda _path: "--part")
+    wiring = WiringReader(model, bench_file.boards, None, strict, add_pin="add ,{}=PIN to it".format)
     return dataclasses.replace(bench_file, parts=wiring.parts(), nets=wiring.nets())

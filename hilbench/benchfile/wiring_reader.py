@@ -5,7 +5,7 @@ Every mistake is named with its line, and with the nearest name that would be ri
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from hilbench.benchfile.bench_file import EmulatedBoard, Link, Net, PartPlan, PinEnd, TerminalEnd
@@ -33,14 +33,22 @@ class WiringReader:
         boards: its boards.
         vehicle: the vehicle in its world; None for one of which nothing is known.
         strict: says where in the file something stands.
+        add_pin: says how a terminal is joined to a pin, for a hint.
     """
 
     def __init__(
-        self, model: BenchModel, boards: Mapping[str, EmulatedBoard], vehicle: VehicleKind | None, strict: Strict
+        self,
+        model: BenchModel,
+        boards: Mapping[str, EmulatedBoard],
+        vehicle: VehicleKind | None,
+        strict: Strict,
+        *,
+        add_pin: Callable[[str], str] = 'add pins = {{ {} = "BOARD.PIN" }}'.format,
     ) -> None:
         self._model = model
         self._boards = boards
         self._strict = strict
+        self._add_pin = add_pin
         self._kinds: dict[str, type[Part]] = {name: self._kind(name, entry) for name, entry in model.parts.items()}
         self._quantities = QuantityReader(model, self._kinds, vehicle, strict)
         self._buses = BusReader(boards, self._kinds, strict, self._board_pin)
@@ -209,8 +217,7 @@ class WiringReader:
             for terminal in kind.TERMINALS:
                 if terminal.needed and TerminalEnd(part=name, terminal=terminal.name) not in connected:
                     message = f"'{name}': its terminal '{terminal.name}' ({terminal.text}) is open"
-                    hint = f'add pins = {{ {terminal.name} = "BOARD.PIN" }}'
-                    raise self._strict.error(message, ("parts", name), hint)
+                    raise self._strict.error(message, ("parts", name), self._add_pin(terminal.name))
 
 
 def _net(group: Iterable[Any]) -> Net:

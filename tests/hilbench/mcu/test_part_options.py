@@ -44,6 +44,12 @@ def test_pins_take_the_place_of_an_interface(solder):
     assert plan.settings.write_ms == 2.5
 
 
+def test_pins_may_be_written_small(solder):
+    made = solder("memory=at24c02@pb6/pb7,wp=pa4")
+    assert made.parts["memory"].buses == {"i2c": BusPins(board="bluepill", scl="PB6", sda="PB7")}
+    assert made.nets[0].pins == (PinEnd(board="bluepill", pin="PA4"),)
+
+
 def test_a_bus_may_be_named(solder):
     assert solder("a=ssd1306,i2c=I2C2,sa0=true").parts["a"].settings.sa0
 
@@ -61,13 +67,24 @@ def test_two_parts_share_a_bus(solder):
         ("a=ssd1306", "a: its bus 'i2c' leads nowhere"),
         ("a=ssd1306@I2C7", "'bluepill' has no I2C interface 'I2C7'"),
         ("a=ssd1306@PB6/PX1", "'bluepill' has no pin 'PX1'"),
-        ("a=ssd1306@PB6/", "'bluepill' has no pin ''"),
+        ("a=ssd1306@PB6/", "'PB6/' is not two pins; write SCL/SDA, such as PB6/PB7"),
+        ("a=ssd1306@/PB7", "'/PB7' is not two pins"),
+        ("a=ssd1306@PB6/PB7/PB8", "'PB6/PB7/PB8' is not two pins"),
         ("a=ssd1306@I2C1,rows", "'rows' is not KEY=VALUE"),
         ("a=ssd1306@I2C1,row=32", "a ssd1306 has no 'row'; did you mean 'rows'?"),
         ("a=ssd1306@I2C1,rows=33", "33 is not a value it takes; it takes: 32, 64"),
         ("a=battery@I2C1", "a battery has no bus"),
         ("a=mpu6050@I2C1", "a mpu6050 takes physical values, and there is no world; in a bench file: [world]"),
-        ("a=w25q@SPI1", "cs"),
+        ("a=w25q@SPI1", "'a': its terminal 'cs' (chip select, active low) is open; add ,cs=PIN to it"),
+        ("a=w25q@SPI1,CS=PA4", "a w25q has no 'CS'; did you mean 'cs'?"),
+        ("a.b=at24c02@I2C1", "'a.b': a name of a part has no dot; write a_b=at24c02"),
+        ("a=ssd1306@I2C1,rows=32,rows=64", "a: 'rows' is given twice; say it once"),
+        ("a=ssd1306@I2C1,i2c=I2C2", "a: 'i2c' is given twice; say it once"),
+        ("a=ssd1306@I2C1,rows=32\nsa0=true", "has a line break"),
+        ("a=ssd1306@I2C1,rows=32#64", "'32#64' is not a value it takes"),
+        ("a=ssd1306@I2C1,rows=32 # of 64", "'32 # of 64' is not a value it takes"),
+        ("a=ssd1306@I2C1,rows=32]#", "'32]#' is not a value it takes"),
+        ("a=w25q@SPI1,cs=PA4#5", "'bluepill' has no pin 'PA4#5'"),
         ("bluepill=at24c02@I2C1", "'bluepill' is the name of a target already"),
     ],
 )
