@@ -61,7 +61,7 @@ def run(parsed: argparse.Namespace) -> int:
     """Run the command; see `hilbench.serving.run.run`."""
     from hilbench.benchfile.inputs import inputs_of
     from hilbench.benchfile.reader import DEFAULT_FILE
-    from hilbench.files import refuse_overwriting
+    from hilbench.files import check_ordinary, check_writable, refuse_overwriting
     from hilbench.files.names import file_name
     from hilbench.mcu.command_line import open_target
     from hilbench.terminal.console import Console
@@ -75,6 +75,10 @@ def run(parsed: argparse.Namespace) -> int:
     outputs += (("--picture", file) for _, file in parsed.picture)
     files = (("--stimuli", Path(file_name(name))) for name in parsed.stimuli)
     refuse_overwriting(outputs, [*inputs_of(bench_file), *files])
+    for _, file in parsed.picture:
+        check_writable(file, "--picture")
+    if parsed.write_stimuli is not None:
+        check_ordinary(parsed.write_stimuli, "--write-stimuli", "stimuli")
 
     from hilbench.serving.run import RunOptions, run
 

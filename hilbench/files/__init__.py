@@ -53,9 +53,29 @@ def check_writable(path: Path, option: str) -> None:
     if path.is_dir():
         raise UsageError("is a folder", where=where)
     if not folder.is_dir():
-        raise UsageError(f"there is no folder {folder}", where=where)
+        raise UsageError(f"there is no folder {folder}", where=where, hint="make it first")
     if not os.access(path if path.exists() else folder, os.W_OK):
         raise UsageError("cannot be written: permission denied", where=where)
+
+
+def check_ordinary(path: Path, option: str, what: str) -> None:
+    """Make sure that what is written in place, back and forth, goes to a file on a disk, and to one of its own.
+
+    Args:
+        path: the file that will be written.
+        option: the option that named it.
+        what: what will be written, for people; more than one.
+
+    Raises:
+        UsageError: it cannot be written, is no ordinary file, or is where our data goes.
+        UnavailableError: see `check_writable`.
+    """
+    check_writable(path, option)
+    where = f"{option} {path}"
+    if path.exists() and not path.is_file():
+        raise UsageError(f"is no ordinary file, and {what} are written in place", where=where, hint="name a file")
+    if is_standard_output(path):
+        raise UsageError(f"is the standard output, and {what} need a file of their own", where=where, hint="name one")
 
 
 def is_standard_output(path: Path) -> bool:

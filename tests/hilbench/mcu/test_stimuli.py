@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import tomllib
 from fractions import Fraction
 from pathlib import Path
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 from hilbench.benchfile.reader import open_bench
 from hilbench.benchfile.stimulus import Hold, Ramp, Reset, Send, Square, Stick, parse_stimulus
 from hilbench.benchfile.stimulus_options import with_stimuli
+from hilbench.cli import main
 from hilbench.commands.run import parser
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.mcu.command_line import open_target
@@ -516,6 +518,26 @@ def test_a_short_pulse_has_its_duty(emulate, tmp_path):
     (line,) = tomllib.loads((tmp_path / "did.toml").read_text())["stimuli"]
     assert parse_stimulus(line, emulated.bench_file.boards, Path()).action.duty == Fraction(14, 100 * MS)
     emulated.close()
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("pipe", "pipe: is no ordinary file, and stimuli are written in place; name a file"),
+        ("/dev/null", "/dev/null: is no ordinary file"),
+        ("/dev/stdout", "/dev/stdout: is "),
+        ("folder", "folder: is a folder"),
+        ("no/such/file", "/no/such; make it first"),
+    ],
+)
+def test_what_cannot_hold_stimuli_is_refused_before_the_run(tmp_path, monkeypatch, capsys, name, words):
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe")
+    Path("folder").mkdir()
+    code = main(["run", f"bluepill:{image_path('style-display')}", "--for", "1ms", "--write-stimuli", name])
+    (line,) = capsys.readouterr().err.splitlines()
+    assert code == 2
+    assert words in line
 
 
 def test_a_file_that_cannot_be_written_is_named(emulate, tmp_path):
