@@ -298,12 +298,17 @@ def _volts(text: str) -> float:
 def _square(value: str, hz: Fraction) -> Square:
     if not 0 < hz <= FASTEST_HZ:
         raise ValueError(f"'{value}': a square wave has more than 0 Hz, and {FASTEST_HZ // 1_000_000} MHz at most")
-    duty, for_ns = Fraction(1, 2), 0
+    duty, for_ns = None, 0
     for part in value.split("/")[1:]:
-        if match := _DUTY.fullmatch(part):
+        match = _DUTY.fullmatch(part)
+        if (match and duty is not None) or (not match and for_ns):
+            twice = "which part of a period is high" if match else "for how long"
+            raise ValueError(f"'{value}' says twice {twice}; say it once")
+        if match:
             duty = Fraction(match[1]) / 100
         else:
             for_ns = duration_ns(part)
+    duty = Fraction(1, 2) if duty is None else duty
     if not 0 < duty < 1:
         raise ValueError(f"'{value}': the part of a period that is high is above 0 % and below 100 %")
     return Square(hz=hz, duty=duty, for_ns=for_ns)

@@ -1,13 +1,14 @@
-"""Finds the line of a key in TOML text; `tomllib` reads values but does not say where they stood.
+"""Finds the line of a key in TOML text, or of an entry of a list; `tomllib` does not say where values stood.
 
-Reads just enough of TOML for that: headers, keys, and where a value ends. It is only asked about text that `tomllib`
-has accepted, so it need not recognise errors.
+Reads just enough of TOML for that: headers, keys, entries, and where a value ends. It is only asked about text that
+`tomllib` has accepted, so it need not recognise errors.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 Path = tuple[str | int, ...]
 
@@ -28,7 +29,7 @@ def find_line(text: str, path: Sequence[str | int]) -> int | None:
 
     Args:
         text: TOML text.
-        path: keys, and indices from 0 in arrays of tables.
+        path: keys, and indices from 0 in lists and arrays of tables. What is in an inline table has the line of that.
     """
     lines = _lines(text)
     for length in range(len(path), 0, -1):
@@ -51,7 +52,7 @@ def _lines(text: str) -> dict[Path, int]:
             at = _next_line(text, at)
         elif key := _KEY.match(_line_at(text, at)):
             _enter(found, table, _parts(key[1]), line)
-            at = _after_value(text, at + key.end())
+            at = _after_value(text, at + key.end(), line, (*table, *_parts(key[1])), found)
         else:
             at = _next_line(text, at)
     return found
@@ -87,13 +88,46 @@ def _next_line(text: str, at: int) -> int:
     return len(text) if end < 0 else end + 1
 
 
-def _after_value(text: str, at: int) -> int:
-    depth = 0
+@dataclass
+class _Open:
+    """A list or an inline table whose end is still to come.
+
+    Attributes:
+        path: that of a list; None for a table, and for all that is in one.
+        entry: the index of the entry that is read.
+        awaited: that entry has not begun yet.
+    """
+
+    path: Path | None
+    entry: int = 0
+    awaited: bool = True
+
+    def inner(self) -> Path | None:
+        """Return the path of the present entry."""
+        return None if self.path is None else (*self.path, self.entry)
+
+
+def _after_value(text: str, at: int, line: int, path: Path, found: dict[Path, int]) -> int:
+    """Return where a value that begins in a line has ended with its line; enter the lines of what is in its lists."""
+    opened: list[_Open] = []
     for token in _VALUE_TOKEN.finditer(text, at):
-        if token[0] in "[{":
-            depth += 1
-        elif token[0] in "]}":
-            depth -= 1
-        elif token[0] == "\n" and depth == 0:
+        mark, here = token[0], line
+        line += mark.count("\n")
+        if mark == "\n" and not opened:
             return token.end()
+        if mark.isspace() or mark[0] == "#":
+            continue
+        if mark in "]}":
+            opened.pop()
+            continue
+        inner = opened[-1].inner() if opened else path
+        if opened and mark == ",":
+            opened[-1].entry += 1
+            opened[-1].awaited = True
+        elif opened and opened[-1].awaited:
+            opened[-1].awaited = False
+            if inner is not None:
+                found.setdefault(inner, here)
+        if mark in "[{":
+            opened.append(_Open(inner if mark == "[" else None))
     return len(text)

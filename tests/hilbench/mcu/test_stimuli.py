@@ -122,6 +122,8 @@ def test_bytes_of_a_file(parse, tmp_path):
         ("PA5=11MHz", "10 MHz at most"),
         ("PA5=1Hz/0%", "above 0 %"),
         ("PA5=1Hz/100%", "below 100 %"),
+        ("PA5=1Hz/25%/50%", "says twice which part of a period is high; say it once"),
+        ("PA5=1Hz/1s/25%/2s", "says twice for how long; say it once"),
         ("PA5=1/x", "is not a duration"),
         ("B1=1", "'B1' is a button"),
         ("B2=press", "no button 'B2'"),
@@ -211,7 +213,7 @@ def test_a_mistake_in_a_bench_file_is_named_with_its_line(tmp_path, image):
     file = tmp_path / "b.toml"
     file.write_text('version = 1\nstimuli = [\n  "PA0=1",\n  "PA0=9V",\n]\n[targets.b]\nboard = "bluepill"\n'
                     'firmware = "a.bin"\n')  # fmt: skip
-    with pytest.raises(UsageError, match=r"b\.toml:2: 9 V is more"):
+    with pytest.raises(UsageError, match=r"b\.toml:4: 9 V is more"):
         open_bench(str(file))
 
 
