@@ -277,8 +277,10 @@ class EmulatedBench:
         """Return in which functions a program was that neither waits nor sleeps: most often, at the ends of steps."""
         if not looks:
             return ""
-        most = Counter(map(machine.function, looks)).most_common(_FUNCTIONS_NAMED)
-        return f"runs, at {len(looks)} looks in {', '.join(f'{function} ({count})' for function, count in most)}"
+        (first, count), *more = Counter(map(machine.function, looks)).most_common(_FUNCTIONS_NAMED)
+        others = "".join(f", {function} ({times})" for function, times in more)
+        looked = f"{len(looks)} look{'s' if len(looks) > 1 else ''} at its program counter"
+        return f"runs in {first} ({count} of {looked}){others}"
 
     def _look(self, reached_ns: int) -> None:
         if reached_ns < self._next_look_ns:

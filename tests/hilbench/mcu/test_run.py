@@ -69,7 +69,11 @@ def test_a_program_that_neither_waits_nor_sleeps_is_seen_in_its_functions(ran):
             machine.at_ns((2 + 10 * step) * 1_000_000, lambda pc=0x100 + (step % 3 == 0): setattr(machine, "pc", pc))
 
     _, _, err = ran(program, for_ns=400_000_000)
-    assert re.search(r"^  brain: runs, at 32 looks in f100 \(2\d\), f101 \(1\d\), at the end$", err, re.MULTILINE)
+    assert re.search(
+        r"^  brain: runs in f100 \(2\d of 32 looks at its program counter\), f101 \(1\d\), at the end$",
+        err,
+        re.MULTILINE,
+    )
 
 
 def test_resets_are_counted_by_cause_without_follow(ran):

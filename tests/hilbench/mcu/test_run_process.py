@@ -55,7 +55,7 @@ def test_a_blue_pill_with_128_kb_runs_what_is_too_large_for_64(tmp_path, capfd):
 
 def test_a_program_that_runs_on_is_seen_in_its_functions(capfd):
     assert main(["run", f"bluepill:{IMAGES / 'bench-busy.elf'}", "--for", "30ms"]) == 0
-    assert "  bluepill: runs, at 3 looks in main (3), at the end\n" in capfd.readouterr().err
+    assert "  bluepill: runs in main (3 of 3 looks at its program counter), at the end\n" in capfd.readouterr().err
 
 
 def test_a_wait_for_a_register_of_the_core_is_told_by_its_name(capfd):
