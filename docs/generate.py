@@ -342,6 +342,9 @@ def parts_page() -> str:
         "behind `@` its bus (or `PB6/PB7`), then terminals and settings by commas, as in "
         "`--part flash=w25q@SPI1,cs=PA4,megabits=32`. What a display shows at the end is saved by `--picture "
         "display=shown.png`. Parts that feel a world need a bench file.\n\n"
+        "Not modelled: a part at two pins stays in the middle of a byte, and may hold SDA low, only where the program "
+        "has moved the pins by itself. One that an I2C interface at these pins leaves there lets go; joined to the "
+        "interface (`brain.I2C1`) it stays, too. Two parts at one address of a bus are refused.\n\n"
         + "\n".join(_part(kind, part_class(kind)) for kind in PARTS)
     )
 

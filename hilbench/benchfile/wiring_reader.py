@@ -64,6 +64,7 @@ class WiringReader:
         """
         plans = {name: self._part(name, entry) for name, entry in self._model.parts.items()}
         self._quantities.check(plans, self._robot)
+        self._check_addresses(plans)
         return plans
 
     def serial_ends(self) -> list[str]:
@@ -106,6 +107,20 @@ class WiringReader:
         signals, sources = self._quantities.read(name, entry)
         buses = self._buses.read(name, entry)
         return PartPlan(kind=entry.kind, settings=settings, signals=signals, sources=sources, buses=buses)
+
+    def _check_addresses(self, plans: Mapping[str, PartPlan]) -> None:
+        there: dict[tuple[object, int], str] = {}
+        for name, plan in plans.items():
+            kind = self._kinds[name]
+            address = kind.address_of(plan.settings)
+            if address is None:
+                continue
+            for end in (plan.buses[key] for key in kind.BUSES):
+                first = there.setdefault((end, address), name)
+                if first != name:
+                    message = f"'{name}' answers at 0x{address:02X} of the same bus as '{first}'"
+                    hint = f"set {kind.ADDRESSED_BY} of one"
+                    raise self._strict.error(f"{message}: a real one would have both answer", ("parts", name), hint)
 
     @property
     def _robot(self) -> str:

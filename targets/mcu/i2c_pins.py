@@ -8,7 +8,8 @@ Here the edges become the conditions and bytes of an `I2cBus`, and what its slav
 * a bit counts at the rising edge of SCL, and a slave puts its next one on SDA at the falling edge;
 * a slave is asked whether it acknowledges at the falling edge of the eighth clock, and for a byte at that of the ninth.
 
-An interface at the same pins does not move them here: it calls the bus by itself.
+An interface at the same pins does not move them here: it calls the bus by itself. A slave at two pins that it leaves in
+the middle of a byte lets go of SDA; one that is soldered to the interface goes on from there (`I2cBus.left`).
 
 Choices: each bus brings pull-ups of 4.7 kOhm to 3.3 V. A slave reacts at once. One that has not acknowledged takes no
 part until the next START.

@@ -56,12 +56,13 @@ class At24c02(Part):
 
     TERMINALS = (Terminal(name="wp", direction=Direction.IN, text="high: nothing is written; open: low"),)
     BUSES = ("i2c",)
+    ADDRESSED_BY = "address_pins"
     ABSENT = ("wear", "data that a loss of supply has spoilt")
     Settings = At24c02Settings
 
     def __init__(self, settings: At24c02Settings, ports: Ports, *, seed: int) -> None:  # noqa: ARG002
         self.data = bytearray(b"\xff" * SIZE)
-        self._at = 0x50 | settings.address_pins
+        self._at = self.address_of(settings)
         self._write_ns = round(settings.write_ms * _MS)
         self._wp = ports.input("wp")
         self._tell = ports.tell
@@ -69,6 +70,11 @@ class At24c02(Part):
         self._placed = False
         self._page: list[int] = []
         self._busy_until_ns = 0
+
+    @staticmethod
+    def address_of(settings: At24c02Settings) -> int:
+        """Return its address, by its address pins."""
+        return 0x50 | settings.address_pins
 
     def slave(self, name: str) -> I2cSlave:
         """Return what answers on the bus; raises KeyError as `Part.slave` does."""

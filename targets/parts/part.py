@@ -253,6 +253,7 @@ class Part:
         SERIAL: names of serial ends; at most one for now.
         BUSES: names of ends at an I2C bus, by names that are nothing else's.
         SPI_BUSES: likewise of ends at an SPI bus.
+        ADDRESSED_BY: the setting that says at which address it answers on its I2C bus, if it has one; see `address_of`.
         CONTROLS: what can be moved by hand, by names that are nothing else's.
         ABSENT: what the real one does and this does not, in a few words each; noted when it is asked for.
         Settings: a frozen dataclass of keywords whose fields carry ``unit`` and ``source`` in their metadata, see
@@ -269,12 +270,18 @@ class Part:
     SERIAL: ClassVar[tuple[str, ...]] = ()
     BUSES: ClassVar[tuple[str, ...]] = ()
     SPI_BUSES: ClassVar[tuple[str, ...]] = ()
+    ADDRESSED_BY: ClassVar[str] = ""
     CONTROLS: ClassVar[tuple[Control, ...]] = ()
     ABSENT: ClassVar[tuple[str, ...]] = ()
     Settings: ClassVar[type[Any]]
 
     def __init__(self, settings: Any, ports: Ports, *, seed: int) -> None:
         raise NotImplementedError
+
+    @staticmethod
+    def address_of(settings: Any) -> int | None:  # noqa: ARG004
+        """Return the address, 0 to 127, at which one with these settings answers on its I2C bus; None for none."""
+        return None
 
     def power_on(self, now_ns: int) -> None:
         """Supply is there."""

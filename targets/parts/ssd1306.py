@@ -6,7 +6,8 @@ program that forgets the charge pump gets a dark panel here as well. `Ssd1306.pi
 
 The panel is wired as on the usual modules: with A1 and C8 the first column and the first row of the RAM are at the top
 left. Choices where the data sheet is silent: a message that is read answers with D6, the display is off, and is
-acknowledged; a command that comes without its operands waits for them in the next message; a reset is that at power-on.
+acknowledged; a command that comes without its operands waits for them in the next message; a reset is that at power-on;
+the RAM is all 0 then, where a real one's is not defined; a command for another addressing mode does nothing.
 """
 
 from __future__ import annotations
@@ -91,16 +92,19 @@ class Ssd1306(Part):
     """
 
     BUSES = ("i2c",)
+    ADDRESSED_BY = "sa0"
     ABSENT = (
         "the SPI and parallel interfaces",
         "scrolling, fading, blinking and zoom",
         "rows that are wired otherwise than the panel's: a wrong command DA is reported, and shows nothing",
         "brightness, and the time that the charge pump takes",
+        "what the RAM happens to hold at power-on: here it is all 0 (choice)",
     )
     Settings = Ssd1306Settings
 
     def __init__(self, settings: Ssd1306Settings, ports: Ports, *, seed: int) -> None:  # noqa: ARG002
         self._settings = settings
+        self._at = self.address_of(settings)
         self._tell = ports.tell
         self._reported: set[int] = set()
         self.ram = bytearray(COLUMNS * PAGES)
@@ -115,6 +119,11 @@ class Ssd1306(Part):
         self._wiring = 0x12
         self._command = bytearray()
         self._control: int | None = None
+
+    @staticmethod
+    def address_of(settings: Ssd1306Settings) -> int:
+        """Return its address, by its pin SA0."""
+        return 0x3D if settings.sa0 else 0x3C
 
     def slave(self, name: str) -> I2cSlave:
         """Return what answers on the bus; raises KeyError as `Part.slave` does."""
@@ -165,7 +174,7 @@ class Ssd1306(Part):
     def address(self, address: int, read: bool, now_ns: int) -> bool:  # noqa: ARG002
         """Acknowledge its own address."""
         self._control = None
-        return address == (0x3D if self._settings.sa0 else 0x3C)
+        return address == self._at
 
     def read(self, now_ns: int) -> int:  # noqa: ARG002
         """Return whether the display is off, in D6."""
@@ -246,12 +255,18 @@ class Ssd1306(Part):
             self._mode = mode & 3
 
     def _set_columns(self, first: int, last: int) -> None:
-        self._column = self._first_column = first & 0x7F
-        self._last_column = last & 0x7F
+        if self._mode == _PAGE:  # table 9-1: 21 and 22 are only for the two other modes
+            self._note(0x21, "the columns of a window are set in page mode: no effect")
+        else:
+            self._column = self._first_column = first & 0x7F
+            self._last_column = last & 0x7F
 
     def _set_pages(self, first: int, last: int) -> None:
-        self._page = self._first_page = first & 7
-        self._last_page = last & 7
+        if self._mode == _PAGE:
+            self._note(0x22, "the pages of a window are set in page mode: no effect")
+        else:
+            self._page = self._first_page = first & 7
+            self._last_page = last & 7
 
     def _set_driven_rows(self, rows: int) -> None:
         if rows & 0x3F < 15:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from typing import Any
 
 from targets.mcu.i2c_bus import I2cSlave
 from targets.parts.mpu9250.ak8963 import AK8963_ADDRESS, Ak8963
@@ -39,6 +40,7 @@ class InertialPart(Part):
 
     TERMINALS = (Terminal(name="int", direction=Direction.OUT, text="interrupt"),)
     BUSES = ("i2c",)
+    ADDRESSED_BY = "ad0"
 
     def assemble(
         self,
@@ -72,8 +74,13 @@ class InertialPart(Part):
             notes,
             phase=partial(_phase, seed, settings.clock_phase_percent / 100),
         )
-        self._slave = _Slave(self._chip, behind, 0x69 if settings.ad0 else 0x68, notes)
+        self._slave = _Slave(self._chip, behind, self.address_of(settings), notes)
         self._ready_ns = round(settings.ready_ms * 1e6)
+
+    @staticmethod
+    def address_of(settings: Any) -> int:
+        """Return its address, by its pin AD0."""
+        return 0x69 if settings.ad0 else 0x68
 
     def slave(self, name: str) -> I2cSlave:
         """Return what answers on the bus; raises KeyError as `Part.slave` does."""

@@ -95,6 +95,23 @@ def test_what_is_wrong_is_said(solder, text, words):
     assert words in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "address", "setting"),
+    [
+        ("a=at24c02@I2C1,address_pins=1", "b=at24c02@i2c1,address_pins=1", "0x51", "address_pins"),
+        ("a=ssd1306@PB6/PB7", "b=ssd1306@pb6/pb7", "0x3C", "sa0"),
+    ],
+)
+def test_two_parts_at_one_address_of_a_bus_are_refused(solder, first, second, address, setting):
+    words = f"'b' answers at {address} of the same bus as 'a': a real one would have both answer; set {setting} of one"
+    with pytest.raises(UsageError, match=f"^--part: {words}$"):
+        solder(first, second)
+
+
+def test_one_address_on_two_buses_is_none_of_these(solder):
+    assert len(solder("a=at24c02@I2C1", "b=at24c02@I2C2", "c=at24c02@PB6/PB7", "d=ssd1306@I2C1").parts) == 4
+
+
 def test_a_name_is_given_once(solder):
     with pytest.raises(UsageError, match="two parts called a"):
         solder("a=at24c02@I2C1", "a=at24c02@I2C2")

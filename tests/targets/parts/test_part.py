@@ -36,6 +36,19 @@ def test_every_setting_has_a_unit_and_a_source(kind: str) -> None:
         setattr(settings, dataclasses.fields(settings)[0].name, 0)
 
 
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if part_class(kind).BUSES])
+def test_a_part_answers_on_its_bus_at_the_address_that_it_says(kind: str) -> None:
+    found = part_class(kind)
+    field = next(field for field in dataclasses.fields(found.Settings) if field.name == found.ADDRESSED_BY)
+    for value in (field.default, True if field.default is False else 7):
+        settings = found.Settings(**{field.name: value})
+        part = found(settings, Ports(), seed=0)
+        part.power_on(0)
+        slave = part.slave(found.BUSES[0])
+        there = [address for address in range(128) if slave.address(address, False, 1_000_000_000)]
+        assert there == [found.address_of(settings)]
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_part_lives_without_any_connection(kind: str) -> None:
     found = part_class(kind)

@@ -73,6 +73,15 @@ def test_vertical_mode_goes_through_a_window():
     assert rig.lit() == {(10, 8), (10, 17), (11, 8)}
 
 
+def test_a_window_that_is_set_in_page_mode_is_none():
+    rig = Rig(*UPRIGHT, *ON, 0xB1, 0x05, 0x21, 10, 12, 0x22, 2, 3)
+    rig.data(1)
+    assert rig.lit() == {(5, 8)}
+    rig.commands(0x20, 0)
+    rig.data(*([1] * 128))  # from where it stands, through all columns
+    assert rig.lit() >= {(5, 8), (6, 8), (127, 8), (0, 16)}
+
+
 def test_commands_may_come_one_by_one_and_with_data_behind_them():
     rig = Rig()
     rig.send(0x80, 0x8D, 0x80, 0x14, 0x80, 0xAF, 0x80, 0xA1, 0x80, 0xC8, 0xC0, 1, 0x40, 2, 4)
@@ -159,6 +168,8 @@ def test_a_panel_of_32_rows_has_another_wiring():
         ((0x3F,), "no such command"),
         ((0x20, 3), "reserved"),
         ((0xA8, 3), "reserved"),
+        ((0x21, 0, 127), "the columns of a window are set in page mode: no effect"),
+        ((0x22, 0, 7), "the pages of a window are set in page mode: no effect"),
         ((0x20, 0, 0xB1), "no effect"),
         ((0x20, 0, 0x11), "no effect"),
     ],
