@@ -185,6 +185,24 @@ def test_of_a_board_with_a_virtual_com_port_that_one_is_served(serve, tmp_path):
 
 
 @SERVED
+def test_a_part_is_soldered_to_it(serve, tmp_path):
+    """The program says so at each frame that its display has acknowledged, and nothing without a display."""
+    served = serve(f"bluepill:{IMAGES / 'style-display.elf'}", "--part", "display=ssd1306@I2C1").has_said("stop with")
+    client, got = open_pty(tmp_path / "bluepill-usart1"), b""
+    while b"frame" not in got:
+        assert select.select((client,), (), (), PATIENCE_S)[0], got
+        got += os.read(client, 4096)
+    os.close(client)
+    assert served.end() == 0
+
+
+def test_a_part_that_is_none_is_refused(serve):
+    served = serve(f"bluepill:{IMAGES / 'style-display.elf'}", "--part", "display=ssd1306")
+    assert served.wait() == 2
+    assert served.said.startswith("hilbench: --part: display: its bus 'i2c' leads nowhere; write ")
+
+
+@SERVED
 def test_each_usart_on_a_door_of_its_own(serve, tmp_path):
     served = serve(f"bluepill:{IMAGES / 'echo-all.elf'}", "--tcp", "usart2=0", "--pty", "usart1=a", "--pty", "usart3=c")
     served.has_said("stop with")
