@@ -6,6 +6,7 @@ left out, and `tests/packaging/test_tiers.py` holds that list against the marks.
 
 from __future__ import annotations
 
+import functools
 import gc
 import os
 import sys
@@ -13,6 +14,7 @@ import sys
 import pytest
 from _pytest import runner
 from hypothesis import HealthCheck, settings
+from hypothesis.internal.conjecture import providers
 
 from hilbench.check.room import with_room
 from tests.rigid import skip_without_its_library
@@ -24,12 +26,17 @@ BY_THE_CLOCK = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow
 settings.register_profile("hilbench", **BY_THE_CLOCK, derandomize=True, max_examples=examples(100))
 settings.register_profile("search", **BY_THE_CLOCK, print_blob=True)
 settings.load_profile("search" if os.environ.get("HILBENCH_SEARCH") else "hilbench")
+if not os.environ.get("HILBENCH_SEARCH"):
+    # Hypothesis mixes in numbers and words of the modules that are loaded: which those are depends on the tests that a
+    # worker had before. Reading them also takes a tenth of the time of collecting.
+    providers._get_local_constants = functools.partial(getattr, providers, "_local_constants")
 
 EXHAUSTIVE = "HILBENCH_EXHAUSTIVE"
 WITH_A_REASON = ("exhaustive", "slow", "real_time")
 MARKED = pytest.StashKey[dict[str, dict[str, list[str]]]]()
 HEAVY = ("mujoco", "pybullet", "textual", "unicorn")
 LEFT_OUT = pytest.StashKey[dict[str, dict[str, str]]]()
+SETS_LEFT_OUT = pytest.StashKey[dict[str, dict[str, list[str]]]]()
 LOADED = pytest.StashKey[list[str]]()
 
 
@@ -49,6 +56,7 @@ def pytest_runtest_setup(item):
 def pytest_collection(session):
     """Collect the tests without a look for garbage: there is hardly any, and that takes a sixth of the time."""
     session.config.stash[LEFT_OUT] = {kind: {} for kind in WITH_A_REASON}
+    session.config.stash[SETS_LEFT_OUT] = {kind: {} for kind in WITH_A_REASON}
     gc.disable()
     try:
         return (yield)
@@ -65,14 +73,30 @@ def pytest_pycollect_makeitem(collector, name, obj):
     for kind in WITH_A_REASON:
         if kind in marks:
             collector.config.stash[LEFT_OUT][kind][f"{collector.nodeid}::{name}"] = reason_of(marks[kind], name)
-    by_name = any("::" in argument for argument in collector.config.args)
-    return None if by_name or os.environ.get(EXHAUSTIVE) else []
+    return None if by_name_or_all(collector.config) else []
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_generate_tests(metafunc):
+    """Make no test of a parameter set that the gate leaves out, and note what it is marked with."""
+    yield
+    config, sets = metafunc.config, metafunc._calls
+    kept = [one for one in sets if "exhaustive" not in {mark.name for mark in one.marks}]
+    if len(kept) in (0, len(sets)) or by_name_or_all(config):
+        return
+    test = metafunc.definition.nodeid
+    for one in sets:
+        marks = marks_of(metafunc.definition) | {mark.name: mark for mark in one.marks}
+        for kind in WITH_A_REASON:
+            if "exhaustive" in marks and kind in marks:
+                config.stash[SETS_LEFT_OUT][kind].setdefault(test, []).append(reason_of(marks[kind], test))
+    sets[:] = kept
 
 
 def pytest_collection_modifyitems(config, items):
     """Note the reasons that tests are marked with, and leave out what is marked ``exhaustive``."""
     marks = [(item, marks_of(item)) for item in items]
-    config.stash[MARKED] = {name: reasons(marks, name) for name in WITH_A_REASON}
+    config.stash[MARKED] = {name: reasons(marks, name, config.stash[SETS_LEFT_OUT][name]) for name in WITH_A_REASON}
     config.stash[LOADED] = [name for name in HEAVY if name in sys.modules]
     if os.environ.get(EXHAUSTIVE):
         return
@@ -96,6 +120,11 @@ def pytest_collection_finish():
     gc.set_threshold(20_000, 20, 50)
 
 
+def by_name_or_all(config):
+    """Say whether the tests that the gate leaves out are asked for: each that is named, or all."""
+    return bool(os.environ.get(EXHAUSTIVE)) or any("::" in argument for argument in config.args)
+
+
 def marks_of(item):
     """Return the marks of a test by name; of two with one name the closest."""
     found: dict[str, pytest.Mark] = {}
@@ -104,9 +133,9 @@ def marks_of(item):
     return found
 
 
-def reasons(marks, name):
+def reasons(marks, name, left_out):
     """Return the reason of each marked test, by its function; one line for each parameter set that has the mark."""
-    found: dict[str, list[str]] = {}
+    found = {test: list(said) for test, said in left_out.items()}
     for item, has in marks:
         if mark := has.get(name):
             found.setdefault(item.nodeid.partition("[")[0], []).append(reason_of(mark, item.nodeid))

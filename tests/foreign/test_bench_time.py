@@ -7,6 +7,7 @@ import tracemalloc
 
 import pytest
 
+from tests.each import each
 from worlds import default_physics
 
 from . import packets as p
@@ -245,7 +246,7 @@ def test_ten_sessions_in_turn(make_rig):
         rig.pass_time(0.05)
 
 
-@pytest.mark.parametrize(
+@each(
     ("number", "argument", "raw"),
     [
         (p.SYNC0, None, "FAFB03000000"),

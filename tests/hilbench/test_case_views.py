@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import pytest
-
 from hilbench.check.bench_provider import make_provider
 from hilbench.judging.provider import CaseInfo, CaseView
 from hilbench.terminal.options import CheckOptions
 from hilbench.tui.model.frames import FramesModel
 from protocols import carla
+from tests.each import each
 
 
 def look(bench, needs, scenario, *, watch=True):
@@ -62,7 +61,7 @@ KINDS = {
 }
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@each("kind", KINDS)
 def test_a_view_has_what_there_is_and_leaves_no_trace(kind):
     bench, needs, scenario, machines, lines, spoken = KINDS[kind]
     hashed, view = look(bench, needs, scenario)

@@ -8,6 +8,7 @@ from hilbench.bench.checker_lines import ports_of_lines
 from hilbench.benchfile.reader import open_bench
 from hilbench.errors import UsageError
 from hilbench.terminal.options import TargetChoice
+from tests.each import each
 
 TWO_LINES = """version = 1
 [targets.brain]
@@ -72,7 +73,7 @@ def test_a_port_for_each_line():
     }
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "message"),
     [
         (("=serial:/dev/a",), "does not say which line, of simulator and stack"),

@@ -2,12 +2,12 @@ from __future__ import annotations
 
 import itertools
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.errors import HilbenchError, InternalError, PortClosedError, UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode, worst
+from tests.each import each
 
 OUTCOMES = [*ExitCode]
 
@@ -18,7 +18,7 @@ def test_one_line_what_where_and_what_next():
     assert str(UsageError("nothing selected")) == "nothing selected"
 
 
-@pytest.mark.parametrize(
+@each(
     ("error", "code"),
     [(HilbenchError, 5), (UsageError, 2), (UnavailableError, 3), (InternalError, 5), (PortClosedError, 5)],
 )

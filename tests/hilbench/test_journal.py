@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from hilbench.errors import InternalError, UnavailableError, UsageError
 from hilbench.journal import Journal, metres, radians, run_hash
+from tests.each import each
 
 
 class Colour(enum.Enum):
@@ -235,7 +236,7 @@ def test_hash_is_unaffected_by_what_belongs_to_the_host(path, pid, text, latenes
     assert hash_of(BASE) == hash_of(noise, other, noise)
 
 
-@pytest.mark.parametrize(
+@each(
     "other",
     [
         ("rx", "robot", 100, {"data": b"\x01", "x": 1.5}),

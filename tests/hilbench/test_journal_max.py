@@ -11,6 +11,7 @@ from hilbench.errors import UnavailableError, UsageError
 from hilbench.journal import Journal
 from hilbench.terminal import arguments
 from targets.firmware import image_path
+from tests.each import each
 
 LIMIT = 4000
 
@@ -25,14 +26,12 @@ def numbers(*paths):
     return [event["n"] for path in paths for event in Journal.read(path).events if "n" in event]
 
 
-@pytest.mark.parametrize(
-    ("text", "size"), [("100kB", 100_000), ("50MB", 50_000_000), ("1.5GB", 1_500_000_000), ("0.1MB", 100_000)]
-)
+@each(("text", "size"), [("100kB", 100_000), ("50MB", 50_000_000), ("1.5GB", 1_500_000_000), ("0.1MB", 100_000)])
 def test_sizes(text, size):
     assert arguments.journal_bytes(text) == size
 
 
-@pytest.mark.parametrize("text", ["", "50", "50M", "99kB", "-5MB", "0MB", "50 MB", "five MB"])
+@each("text", ["", "50", "50M", "99kB", "-5MB", "0MB", "50 MB", "five MB"])
 def test_what_is_no_size_says_so(text):
     with pytest.raises(ValueError, match=r"is not a size|is less than"):
         arguments.journal_bytes(text)

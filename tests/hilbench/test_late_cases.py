@@ -23,6 +23,7 @@ from hilbench.pace.lateness import IN_TIME, Lateness
 from hilbench.serving import Notice, run_until_stopped
 from hilbench.terminal.options import CheckOptions, TargetChoice
 from hilbench.testing import FakeHostClock
+from tests.each import each
 
 INFO = CaseInfo(id="suite/x", clause_ids=(), seed=0)
 PATIENCE_S = 600
@@ -65,7 +66,7 @@ def told(case):
     return [event for event in case.journal.recent if event["kind"] == "host-lateness"]
 
 
-@pytest.mark.parametrize(
+@each(
     ("late_ms", "far", "least_s", "most_s"),
     [
         (0, None, 0.002, 0.002),
@@ -99,17 +100,14 @@ def test_virtual_time_is_never_late():
     assert (case.uncertainty_s(), case.doubt().lateness_s, case.doubt().lived) == (0.0, 0.0, True)
 
 
-@pytest.mark.parametrize(
-    ("late_ms", "far", "cause"),
-    [
+@each(("late_ms", "far", "cause"), [
         (0, Lateness(late_ns=27_300_000), "the served bench was up to 27.3 ms late"),
         (0, Lateness(late_ns=9 * NS_PER_MS, lost_ns=300 * NS_PER_MS),
          "the served bench was up to 9.0 ms late and stood still for 0.300 s"),
         (16, Lateness(late_ns=20 * NS_PER_MS),
          "this bench was up to 16.0 ms late and the served bench was up to 20.0 ms late"),
         (16, Lateness(late_ns=NS_PER_MS), "this bench was up to 16.0 ms late"),
-    ],
-)  # fmt: skip
+    ])  # fmt: skip
 def test_who_was_late_is_said(late_ms, far, cause):
     assert case_of(late_ms, far).doubt().cause == cause
 

@@ -18,6 +18,7 @@ from hilbench.journal import Journal
 from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, LineSettings, MemoryLink, PtyDoor
 from hilbench.terminal.options import CheckOptions, TargetChoice
+from tests.each import each
 
 BENCH = """
 version = 1
@@ -28,7 +29,7 @@ model = "rover"
 """
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "step"),
     [
         ("dtr on", Step(dtr=True)),
@@ -43,7 +44,7 @@ def test_steps(text, step):
     assert parse_step(text) == step
 
 
-@pytest.mark.parametrize("text", ["", "dtr", "dtr up", "dtr on dtr off", "wait", "wait 3", "run", "run 'x", "cts on"])
+@each("text", ["", "dtr", "dtr up", "dtr on dtr off", "wait", "wait 3", "run", "run 'x", "cts on"])
 def test_no_steps(text):
     with pytest.raises(ValueError, match=r"."):
         parse_step(text)
@@ -85,7 +86,7 @@ def test_nothing_to_do_is_not_recorded():
     assert not board.bench.journal.recent
 
 
-@pytest.mark.parametrize(
+@each(
     ("command", "message"),
     [
         ("/nonexistent/relay", "cannot be run"),

@@ -57,6 +57,7 @@ from measure.mutants.wire import (
 )
 from protocols.p2os import CLIENT_TABLE, SERVER_TABLE, DropReason, Sip, SonarReading, checksum, encode_frame
 from protocols.p2os.clauses import CLAUSES
+from tests.each import each
 
 SYNC0, SYNC1 = bytes.fromhex("FAFB03000000"), bytes.fromhex("FAFB03010001")
 VEL_200, VEL_MINUS_200 = bytes.fromhex("FAFB060B3BC800D33B"), bytes.fromhex("FAFB060B1BC800D31B")
@@ -134,7 +135,7 @@ def test_an_unknown_name_is_refused() -> None:
 # --- faults on vectors
 
 
-@pytest.mark.parametrize(
+@each(
     ("operation", "raw", "expected"),
     [
         (Drop(), SYNC0, b""),
@@ -210,7 +211,7 @@ def test_a_stuck_field_repeats_its_first_value() -> None:
     assert after(Stick(5, 2), encode_frame(bytes.fromhex("0B3B6400")), memory) == VEL_200
 
 
-@pytest.mark.parametrize(
+@each(
     ("match", "raw", "fits"),
     [
         (Match(), SYNC0, True),

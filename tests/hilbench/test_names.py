@@ -12,6 +12,7 @@ import pytest
 from hilbench.errors import UsageError
 from hilbench.files.names import as_utf8, escaped, escaped_all, file_name
 from hilbench.journal import Journal
+from tests.each import each
 from tests.hilbench.forked import Forkable
 
 IMAGE = Path(__file__).parents[2] / "targets/firmware/images/style-hal.elf"
@@ -32,7 +33,7 @@ def test_it_runs(bench): pass
 """
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "said"),
     [
         ("plain", "plain"),

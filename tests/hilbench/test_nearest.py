@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import pytest
-
 from hilbench.nearest import did_you_mean
 from targets.mcu.variants import VARIANTS
+from tests.each import each
 
 
-@pytest.mark.parametrize(
+@each(
     ("written", "meant"),
     [
         ("STM32F103RG", "STM32F103RE"),

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from hilbench.pytest_options import add_options
+from tests.each import each
 from tests.hilbench.forked import ALREADY_IMPORTED, PYTEST
 
 SCALE = "--hil-timeout-scale"
@@ -53,7 +54,7 @@ def test_where_plugins_do_not_load_by_themselves(plain_pytest):
     assert "1 passed" in done.output, done.output + done.error
 
 
-@pytest.mark.parametrize(
+@each(
     ("option", "text", "said"),
     [
         *(

@@ -16,10 +16,11 @@ from hilbench.clock import NS_PER_MS
 from hilbench.errors import UsageError
 from hilbench.terminal.options import TargetChoice
 from targets.firmware import image_path
+from tests.each import each
 from tests.share import few
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "kind", "name", "rest"),
     [
         ("pioneer", TargetKind.MODEL, "pioneer", ""),
@@ -39,7 +40,7 @@ def test_a_target_of_each_kind(text, kind, name, rest):
     assert parse_target(text, "--target") == Target(kind=kind, text=text, name=name, rest=rest)
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "said"),
     [
         ("", "not a target"),

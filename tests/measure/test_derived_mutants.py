@@ -32,6 +32,7 @@ from protocols.pkt import GeneralReport, MotionReport, MotorThrottles, Schema
 from protocols.pkt.commands import encode_command
 from protocols.pkt.framing import encode_frame as pkt_frame
 from protocols.pkt.reports import encode_report
+from tests.each import each
 
 SAID, HEARD = Reading(PKT, "target"), Reading(PKT, "host")
 LITTLE = Number(order="little")
@@ -114,7 +115,7 @@ def test_fields_of_carla_are_found():
 # --- one field
 
 
-@pytest.mark.parametrize(
+@each(
     ("fault", "data", "number", "expected"),
     [
         (Fault.PLUS, b"\xff\x00", LITTLE, b"\x00\x01"),
@@ -148,7 +149,7 @@ def test_a_number_too_large_for_its_bytes_stays():
 # --- the checksum
 
 
-@pytest.mark.parametrize(
+@each(
     ("reading", "raw"),
     [
         (SAID, general(3)),
@@ -169,7 +170,7 @@ def test_too_short_a_frame_is_not_mended():
     assert SAID.checksum.mended(b"PKT!") == b"PKT!"
 
 
-@pytest.mark.parametrize(
+@each(
     ("fault", "turn", "taken"),
     [
         (Fault.UNCHECKED, 0xFFFF, True),
@@ -189,7 +190,7 @@ def test_a_wrong_checksum_is_taken(fault, turn, taken):
     assert heard == (b"noise" + raw if taken else wrong) + general(1)
 
 
-@pytest.mark.parametrize("like", faults_of(Group.CHECKSUM, Way.OUT))
+@each("like", faults_of(Group.CHECKSUM, Way.OUT))
 def test_another_rule_is_taken_as_well(like):
     also = next(fault for fault in Fault if fault.slug == f"also-{like.slug}")
     raw, rule = throttles(0.5), HEARD.checksum

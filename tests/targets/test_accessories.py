@@ -15,12 +15,13 @@ from targets.robots.pioneer.gripper import Gripper
 from targets.robots.pioneer.hostbaud import HostBaud
 from targets.robots.pioneer.requests import Extra, RequestBook
 from targets.robots.pioneer.userio import UserIo
+from tests.each import each
 
 SETTINGS = RobotSettings()
 SECOND = 1_000_000_000
 
 
-@pytest.mark.parametrize(
+@each(
     ("mode", "masks", "stops"),
     [
         (0, (1, 1), False),
@@ -51,7 +52,7 @@ def test_at_rest_only_a_new_contact_stops() -> None:
     assert guard.latched
 
 
-@pytest.mark.parametrize(
+@each(
     ("masks", "asked", "stops"),
     [((1, 0), 0.1, True), ((1, 0), -0.1, False), ((0, 1), -0.1, True), ((0, 1), 0.1, False), ((1, 1), 0.0, False)],
 )
@@ -180,9 +181,7 @@ def test_every_setting_has_a_source() -> None:
         assert item.name
 
 
-@pytest.mark.parametrize(
-    "changes", [{"name": "x" * 20}, {"subclass": "a\0b"}, {"wheel_diameter_mm": 0.0}, {"sip_cycle_ms": -1}]
-)
+@each("changes", [{"name": "x" * 20}, {"subclass": "a\0b"}, {"wheel_diameter_mm": 0.0}, {"sip_cycle_ms": -1}])
 def test_settings_that_make_no_robot(changes: dict[str, object]) -> None:
     with pytest.raises(ValueError):
         RobotSettings(**changes)

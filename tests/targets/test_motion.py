@@ -10,6 +10,7 @@ from targets.robots.pioneer.limits import SessionLimits
 from targets.robots.pioneer.motion import MODES, Mode, Motion, Order
 from targets.robots.pioneer.odometry import Travel
 from targets.robots.pioneer.settings import RobotSettings
+from tests.each import each
 
 SETTINGS = RobotSettings()
 
@@ -56,7 +57,7 @@ def test_every_order_in_every_mode(motion: Motion, mode: Mode, order: Order) -> 
     assert motion.mode is (expected or mode)
 
 
-@pytest.mark.parametrize("order", list(Order))
+@each("order", list(Order))
 def test_no_order_without_motors(order: Order) -> None:
     motion = Motion(SETTINGS, SessionLimits(SETTINGS))
     assert not give(motion, order)

@@ -25,6 +25,7 @@ from protocols.pkt import (
     SpeedSetpoints,
 )
 from targets.robots.rover import DEFECTS, LedSwitched, MotorsCommanded, Plant, RoverRobot, RoverSettings, steady_rpm
+from tests.each import each
 
 SECOND = 1_000_000_000
 TICK = SECOND // 100
@@ -63,9 +64,7 @@ class Station:
 # --- the plant
 
 
-@pytest.mark.parametrize(
-    ("throttle", "rpm"), [(0.25, 97.5), (0.30, 117.5), (0.35, 133.0), (0.39, 143.5), (-0.30, -117.5)]
-)
+@each(("throttle", "rpm"), [(0.25, 97.5), (0.30, 117.5), (0.35, 133.0), (0.39, 143.5), (-0.30, -117.5)])
 def test_steady_speeds_are_those_of_the_bench_test(throttle, rpm):
     assert steady_rpm(throttle, turning=True) == pytest.approx(rpm)
     plant = Plant(0.08)
@@ -113,7 +112,7 @@ def test_held_wheels_stand():
 # --- what is said about it
 
 
-@pytest.mark.parametrize("rpm", [30.0, 97.5, 149.0, 151.0, 180.0, 600.0])
+@each("rpm", [30.0, 97.5, 149.0, 151.0, 180.0, 600.0])
 def test_tachometers(rpm):
     documented, shipped = Station(), Station(profile="g2")
     for station in (documented, shipped):
@@ -132,7 +131,7 @@ def test_slow_wheels_stand():
     assert station.last(MotionReport).ticks[0] >= 3
 
 
-@pytest.mark.parametrize("cycles", [1, 2, 12, 25])
+@each("cycles", [1, 2, 12, 25])
 def test_speed_controller_against_its_formula(cycles):
     """Held wheels, setpoint 30: kp e + ki e n dt, and kd e/dt in the first turn alone."""
     station = Station()
@@ -194,7 +193,7 @@ def test_sensors_at_rest():
     assert station.last(GpsReport) == GpsReport()
 
 
-@pytest.mark.parametrize("profile", PROFILES)
+@each("profile", PROFILES)
 def test_the_led(profile):
     station = Station(profile=profile)
     station.run(1.5)
@@ -235,7 +234,7 @@ def test_settings_that_make_no_rover(settings, message):
         RoverSettings(**settings)
 
 
-@pytest.mark.parametrize("defect", DEFECTS.values(), ids=lambda defect: defect.name)
+@each("defect", DEFECTS.values())
 def test_a_defect_changes_something_and_names_its_source(defect):
     assert defect.text
     assert defect.source

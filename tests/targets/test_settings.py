@@ -9,6 +9,7 @@ import pytest
 from protocols.p2os import Command, CommandNumber, ConfigPacket, WrongOrder
 from targets.robots.pioneer import RobotSettings, server_options
 from targets.robots.pioneer.settings import RANGES
+from tests.each import each
 
 ON_THE_WIRE = {name: limits for name, limits in RANGES.items() if limits in ((0, 0xFF), (0, 0xFFFF))}
 OTHERS = {"front_bumper_segments": 7, "rear_bumper_segments": 7, "analog": (1023,) * 5, "heading_units_per_turn": 65536}
@@ -29,7 +30,7 @@ def test_the_greatest_values_of_all_settings_fit_their_packets(make_rig) -> None
     assert (rig.sips[-1].battery_dv, rig.sips[-1].digin, rig.sips[-1].analog) == (255, 255, 255)
 
 
-@pytest.mark.parametrize("name", sorted(ON_THE_WIRE))
+@each("name", sorted(ON_THE_WIRE))
 def test_one_more_than_the_greatest_is_refused_by_name(name: str) -> None:
     value = greatest(name)
     more = (*value[:-1], value[-1] + 1) if isinstance(value, tuple) else value + 1
@@ -41,6 +42,6 @@ def test_every_limit_is_of_a_setting() -> None:
     assert set(RANGES) <= {item.name for item in dataclasses.fields(RobotSettings)}
 
 
-@pytest.mark.parametrize("policy", WrongOrder)
+@each("policy", WrongOrder)
 def test_every_answer_to_a_wrong_order_can_be_set(policy: WrongOrder) -> None:
     assert server_options(RobotSettings(wrong_order=policy.name.lower())).wrong_order is policy

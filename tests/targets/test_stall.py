@@ -8,6 +8,7 @@ import pytest
 
 from targets.robots.pioneer.settings import RobotSettings
 from targets.robots.pioneer.stall import WheelStall
+from tests.each import each
 
 SETTINGS = RobotSettings()
 STEP_S = 0.01
@@ -23,7 +24,7 @@ def feed(stall: WheelStall, load: float, speed_mm_s: float, duration_s: float, s
     return None
 
 
-@pytest.mark.parametrize(("load", "speed"), [(0.39, 0.0), (1.0, 100.0), (1.0, -250.0), (0.0, 0.0)])
+@each(("load", "speed"), [(0.39, 0.0), (1.0, 100.0), (1.0, -250.0), (0.0, 0.0)])
 def test_no_stall(load: float, speed: float) -> None:
     assert feed(WheelStall(SETTINGS), load, speed, 5.0) is None
 

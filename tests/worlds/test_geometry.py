@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.each import each
 from tests.share import examples
 from worlds import Box
 from worlds.geometry import (
@@ -42,7 +43,7 @@ def in_box(box, point, slack=1e-9):
     return all(abs(value) <= size / 2 + slack for value, size in zip(own, box.size_m, strict=True))
 
 
-@pytest.mark.parametrize(
+@each(
     ("start", "direction", "expected"),
     [
         ((0, 0, 0), (1, 0, 0), 2.0),
@@ -74,7 +75,7 @@ def test_negative_pitch_lifts_the_far_end():
     assert height == pytest.approx(math.tan(math.radians(10)), abs=2e-3)
 
 
-@pytest.mark.parametrize(("incidence_deg", "nearest_deg"), [(0, 0), (10, 0), (15, 0), (20, 5), (60, 45)], ids=str)
+@each(("incidence_deg", "nearest_deg"), [(0, 0), (10, 0), (15, 0), (20, 5), (60, 45)])
 def test_a_cone_sees_a_slanted_wall_by_its_nearest_edge(incidence_deg, nearest_deg):
     wall = Box(name="wall", center_m=(2 + 0.05, 0, 0), size_m=(0.1, 40, 40))
     axis = (math.cos(math.radians(incidence_deg)), math.sin(math.radians(incidence_deg)), 0)

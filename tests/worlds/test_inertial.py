@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from tests.each import each
 from tests.rigid import RIGID
 from worlds import Pose, Scene, Start, Vehicle, Velocity
 from worlds.geometry import cross
@@ -60,7 +61,7 @@ def test_at_rest_the_floor_pushes_upwards():
     assert after(world, point, 3).specific_force_m_s2 == pytest.approx((0, 0, G))
 
 
-@pytest.mark.parametrize(
+@each(
     ("pitch_deg", "roll_deg", "force"),
     [
         (-90, 0, (G, 0, 0)),  # nose up: the seat pushes forward

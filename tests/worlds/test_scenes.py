@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.each import each
 from worlds import Box, Scene, SceneFileError, Start, UnknownNameError, find_scene, scene_names
 from worlds.scenes.builtin import BUILTIN, ROOM_BOXES
 
@@ -41,7 +42,7 @@ def read(tmp_path):
     return reader
 
 
-@pytest.mark.parametrize("name", scene_names())
+@each("name", scene_names())
 def test_built_in_scenes_are_what_they_are_called(name):
     scene = find_scene(name)
     assert scene.name == name
@@ -51,7 +52,7 @@ def test_built_in_scenes_are_what_they_are_called(name):
     assert list(scene.outlines_m()) == names
 
 
-@pytest.mark.parametrize(("name", "free_m"), [("empty", math.inf), ("wall", 2.0), ("corridor", 19.0), ("ramp", 1.5)])
+@each(("name", "free_m"), [("empty", math.inf), ("wall", 2.0), ("corridor", 19.0), ("ramp", 1.5)])
 def test_free_distance_ahead(name, free_m):
     scene = find_scene(name)
     assert scene.free_ahead_m() == pytest.approx(free_m, abs=1e-9)

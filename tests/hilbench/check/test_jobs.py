@@ -18,6 +18,7 @@ from hilbench.judging.observations import Coverage, EmulationNote, IgnoredComman
 from hilbench.terminal import arguments
 from hilbench.terminal.options import TargetChoice
 from targets.firmware import image_path
+from tests.each import each
 
 HEAD = "import os, signal\nimport pytest\nfrom hilbench.check import case\n"
 PLAIN = (
@@ -141,7 +142,7 @@ def test_a_target_that_is_there_but_once_is_checked_by_one(suite, provider, caps
     assert len(provider.opened) == 4
 
 
-@pytest.mark.parametrize(
+@each(
     ("elapsed_s", "begun", "said"),
     [(5.0, 9, ""), (10.0, 10, ", 90 s left:"), (60.0, 10, ", 9 min left:"), (9, 100, "")],
 )
@@ -149,7 +150,7 @@ def test_how_long_the_rest_will_take(elapsed_s, begun, said):
     assert _time_left(elapsed_s, begun, 100) == said
 
 
-@pytest.mark.parametrize("text", ["0", "-1", "257", "many", ""])
+@each("text", ["0", "-1", "257", "many", ""])
 def test_what_is_no_number_of_processes(text):
     with pytest.raises(ValueError, match="not"):
         arguments.jobs(text)

@@ -11,6 +11,7 @@ import pytest
 from hilbench.bench.physics import describe_physics, physics_capabilities
 from hilbench.check.results import run_hash
 from hilbench.cli import main
+from tests.each import each
 from worlds import default_physics, engine_of, physics_is_there
 from worlds.world import open_world
 
@@ -119,7 +120,7 @@ def test_the_default_is_pybullet_where_it_is_and_mujoco_elsewhere(without):
     assert (default_physics(), engine_of("bullet")) == ("mujoco", "PyBullet, not installed")
 
 
-@pytest.mark.parametrize(
+@each(
     ("physics", "named"),
     [
         ("none", False),

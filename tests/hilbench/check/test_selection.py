@@ -8,12 +8,13 @@ from hypothesis import strategies as st
 
 from hilbench.check.selection import Candidate, compile_selection
 from hilbench.errors import UsageError
+from tests.each import each
 
 CANDIDATE = Candidate.of(["S3"], ["p2os-server/watchdog_stops[2]", "Motors stop"])
 IDS = {"S3", "S36", "W1"}
 
 
-@pytest.mark.parametrize(
+@each(
     ("expression", "selected"),
     [
         ("", True),
@@ -43,7 +44,7 @@ def test_an_id_means_its_clause_and_not_those_it_begins():
     assert compile_selection("S3", {"S36"})(longer)
 
 
-@pytest.mark.parametrize("expression", ["and", "a and", "a b", "(a", "a)", "not", "or a", "()", "a or or b"])
+@each("expression", ["and", "a and", "a b", "(a", "a)", "not", "or a", "()", "a or or b"])
 def test_a_malformed_expression_is_wrong_usage(expression):
     with pytest.raises(UsageError, match=r"^-k '"):
         compile_selection(expression, IDS)

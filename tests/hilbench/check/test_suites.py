@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from importlib import import_module
 
-import pytest
-
 from hilbench.benchfile.suites import SHIPPED_FOLDER, find_suites, is_shipped, shipped_suites, suite_name
+from tests.each import each
 
 
-@pytest.mark.parametrize(("name", "path"), shipped_suites().items())
+@each(("name", "path"), shipped_suites().items())
 def test_a_shipped_suite_is_a_file_or_a_folder_of_files(name, path):
     files = find_suites([name])
     assert files
@@ -19,7 +18,7 @@ def test_a_shipped_suite_is_a_file_or_a_folder_of_files(name, path):
     assert (len(files) > 1) is path.is_dir()
 
 
-@pytest.mark.parametrize("name", [name for name, path in shipped_suites().items() if path.is_dir()])
+@each("name", [name for name, path in shipped_suites().items() if path.is_dir()])
 def test_the_files_of_a_folder_run_as_its_order_says(name):
     order = getattr(import_module(f"hilbench.suites.{shipped_suites()[name].name}"), "ORDER", None)
     stems = [file.stem for file in find_suites([name])]

@@ -18,6 +18,7 @@ from hilbench.errors import UnavailableError
 from hilbench.ports.calibration import Calibration, calibration_of, keep, key_of, port_at, state_folder, stored
 from hilbench.ports.listing import PortInfo, UsbIdentity
 from hilbench.testing import FakeHostClock, link_pair
+from tests.each import each
 
 WIRE_S = 10 / 9600
 
@@ -267,7 +268,7 @@ USB = UsbIdentity(vendor_id=0x0403, product_id=0x6001, serial_number="A1", locat
 WITHOUT_NUMBER = UsbIdentity(vendor_id=0x1A86, product_id=0x7523, location="1-1.2")
 
 
-@pytest.mark.parametrize(
+@each(
     ("url", "usb", "key"),
     [
         ("/dev/ttyUSB0", USB, "usb=0403:6001,serial=A1,interface=1"),

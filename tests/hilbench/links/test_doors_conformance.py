@@ -7,11 +7,12 @@ import pytest
 from hilbench.clock import Scheduler
 from hilbench.links import Line, MemoryLink, PtyDoor, SerialPort, TcpDoor
 from hilbench.testing import LinkUnderTest, check_link
+from tests.each import each
 
 LARGE = 3000
 
 
-@pytest.mark.parametrize("baud", [0, 9600, 115_200, 921_600])
+@each("baud", [0, 9600, 115_200, 921_600])
 def test_memory(baud):
     def make_link():
         scheduler = Scheduler()

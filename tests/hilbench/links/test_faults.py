@@ -10,6 +10,7 @@ from hilbench.clock import Scheduler
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import Line, MemoryLink
 from hilbench.links.faults import Direction, Fault, FaultKind, FaultPlan, FaultyPort
+from tests.each import each
 
 S = 10**9
 BYTE_NS = 1_041_666
@@ -115,7 +116,7 @@ def test_a_sender_at_the_wrong_rate(wrap):
     assert b"abcdefgh" not in data
 
 
-@pytest.mark.parametrize(
+@each(
     ("fields", "complaint"),
     [
         ({"kind": FaultKind.DROP}, "exactly one"),

@@ -16,6 +16,7 @@ from hilbench.links import serial_device as device_module
 from hilbench.links.serial_device import LineErrors, ModemLines, line_errors, modem_lines, set_modem_lines
 from hilbench.links.serial_target import located
 from hilbench.ports.listing import PortInfo, UsbIdentity
+from tests.each import each
 
 from .conftest import HURRY
 
@@ -88,7 +89,7 @@ def test_what_a_target_says_goes_before_what_the_bench_says():
     ).settings == LineSettings(dtr=False, rts=True)
 
 
-@pytest.mark.parametrize("word", ["dtr=1", "speed=9", "parity=M", "stop=3", "dtr="])
+@each("word", ["dtr=1", "speed=9", "parity=M", "stop=3", "dtr="])
 def test_wrong_settings_are_refused_with_those_there_are(word):
     with pytest.raises(UsageError, match=r"no setting of a port; there are dtr=on\|off; rts=on\|off; parity=N\|E\|O"):
         parse_serial_target(f"/dev/x@9600,{word}")

@@ -15,13 +15,14 @@ from hilbench.files.host import this_host
 from hilbench.links import Line, PtyDoor, SerialPort, SerialTarget, parse_serial_target
 from hilbench.links.serial_device import _cannot_open
 from hilbench.udev.installing import port_group
+from tests.each import each
 
 from .conftest import until
 
 S = 10**9
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "url", "baud"),
     [
         ("serial:/dev/ttyUSB0@115200", "/dev/ttyUSB0", 115_200),
@@ -35,7 +36,7 @@ def test_targets(text, url, baud):
     assert parse_serial_target(text) == SerialTarget(url=url, baud=baud)
 
 
-@pytest.mark.parametrize("text", ["", "serial:", "@9600", "/dev/ttyUSB0@0"])
+@each("text", ["", "serial:", "@9600", "/dev/ttyUSB0@0"])
 def test_not_targets(text):
     with pytest.raises(UsageError):
         parse_serial_target(text)

@@ -8,6 +8,7 @@ from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import Line, TcpDoor
 from hilbench.links.tcp import parse_tcp_address
 from hilbench.terminal.options import Clients
+from tests.each import each
 
 from .conftest import HURRY, until
 
@@ -383,7 +384,7 @@ def test_a_port_in_use_is_one_line(make_door):
         make_door("192.0.2.1:8101")
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "address"),
     [
         ("8101", ("127.0.0.1", 8101)),
@@ -396,7 +397,7 @@ def test_addresses(text, address):
     assert parse_tcp_address(text) == address
 
 
-@pytest.mark.parametrize("text", ["", "host", "host:", "host:x", "65536", "-1", "1:²"])
+@each("text", ["", "host", "host:", "host:x", "65536", "-1", "1:²"])
 def test_not_addresses(text):
     with pytest.raises(UsageError):
         parse_tcp_address(text)

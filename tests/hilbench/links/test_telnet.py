@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -18,6 +17,7 @@ from hilbench.links.telnet import (
     negotiation,
     subnegotiation,
 )
+from tests.each import each
 
 option = st.integers(0, 255)
 event = st.one_of(
@@ -80,7 +80,7 @@ def test_noise_raises_nothing_and_is_kept_within_bounds(chunks):
     assert merged(whole) == merged([got for byte in b"".join(chunks) for got in single.feed(bytes((byte,)))])
 
 
-@pytest.mark.parametrize(
+@each(
     ("stream", "said"),
     [
         (b"a\xff\xf1b", [Data(b"ab")]),  # NOP
@@ -147,7 +147,7 @@ def test_two_servers_that_hear_each_other_fall_silent(talk):
 
 
 # RFC 2217, section 3: each command, what is answered, what it means for the line.
-@pytest.mark.parametrize(
+@each(
     ("asked", "wanted", "answered"),
     [
         ((0,), [], [b"\x64hilbench"]),

@@ -16,6 +16,7 @@ import pytest
 from hilbench.errors import UsageError
 from hilbench.serving.usart_doors import assign
 from hilbench.terminal.options import PtyDoor, ServeOptions, TcpDoor
+from tests.each import each
 from tests.hilbench.forked import PATIENCE_S
 
 IMAGES = Path(__file__).parents[3] / "targets/firmware/images"
@@ -56,7 +57,7 @@ def test_doors_without_a_name_take_the_usarts_in_order():
     assert list(assigned(pty("a", "USART2"))) == [FREE[1]]
 
 
-@pytest.mark.parametrize(
+@each(
     ("wishes", "free", "said"),
     [
         (

@@ -20,6 +20,7 @@ from hilbench.pace.far_pace import FarPace, ends_of, is_local, place_of
 from hilbench.pace.lateness import IN_TIME, Lateness
 from hilbench.pace.notice import PaceNotice, notices
 from hilbench.testing import FakeHostClock
+from tests.each import each
 
 MS = 1_000_000
 BORN_NS = 1_000_000 * MS
@@ -67,11 +68,8 @@ class TestPlaces:
     def test_a_tcp_port_of_this_host_is_a_place(self, where):
         assert place_of(where) == "tcp 8101"
 
-    @pytest.mark.parametrize(
-        "where",
-        ["/dev/null", "/dev/gone", __file__, "socket://192.0.2.1:8101", "socket://0.0.0.0:8101", "socket://127.0.0.1",
-         "socket://127.0.0.1:x", "/dev/pts/0\0", "socket://[127.0.0.1]:1", "loop://", "hwgrep://0403"],
-    )  # fmt: skip
+    @each("where", ["/dev/null", "/dev/gone", __file__, "socket://192.0.2.1:8101", "socket://0.0.0.0:8101", "socket://127.0.0.1",
+         "socket://127.0.0.1:x", "/dev/pts/0\0", "socket://[127.0.0.1]:1", "loop://", "hwgrep://0403"])  # fmt: skip
     def test_nothing_else_is(self, where):
         assert place_of(where) is None
 

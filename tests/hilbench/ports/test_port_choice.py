@@ -9,6 +9,7 @@ from hilbench.ports.choice import PortChoice, choose_port, parse_port_choice
 from hilbench.ports.listing import PortInfo, UsbIdentity
 from hilbench.terminal.arguments import target_choice
 from hilbench.terminal.options import TargetChoice
+from tests.each import each
 
 
 def port(device, ids="0483:374b", **changes):
@@ -25,7 +26,7 @@ SOLDERED = PortInfo(device="/dev/ttyS0")
 PORTS = [SOLDERED, NUCLEO, OTHER_NUCLEO, *DUAL]
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "device"),
     [
         ("serial=0668FF", "/dev/ttyACM0"),
@@ -39,7 +40,7 @@ def test_a_port_is_chosen(text, device):
     assert choose_port(parse_port_choice(text), PORTS).device == device
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "said"),
     [
         ("usb=0483:374b", "2 ports are that; say which by serial=, location= or interface=: /dev/ttyACM0 (usb="),
@@ -47,7 +48,6 @@ def test_a_port_is_chosen(text, device):
         ("serial=0668ff", "no port is that"),
         ("serial=0668FF,location=1-1.3", "no port is that"),
     ],
-    ids=["several", "none", "serial numbers are compared as they are", "all conditions must hold"],
 )
 def test_what_is_not_one_port_is_refused_with_what_is_there(text, said):
     with pytest.raises(UnavailableError) as caught:
@@ -61,12 +61,12 @@ def test_where_nothing_is_plugged_in_it_says_so():
         choose_port(parse_port_choice("serial=1"), [SOLDERED])
 
 
-@pytest.mark.parametrize("text", ["/dev/ttyUSB0", "./p2=x", "socket://host:8101", "COM3", "spy:///dev/x?file=y", ""])
+@each("text", ["/dev/ttyUSB0", "./p2=x", "socket://host:8101", "COM3", "spy:///dev/x?file=y", ""])
 def test_paths_and_urls_choose_nothing(text):
     assert parse_port_choice(text) is None
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "said"),
     [
         ("uzb=0483:374b", "ports have no 'uzb='; did you mean 'usb'?"),

@@ -8,6 +8,7 @@ import pytest
 from serial.tools import list_ports_linux
 
 from hilbench.ports.listing import PortInfo, SysfsPorts, UsbIdentity, find_again, list_ports
+from tests.each import each
 
 
 def identity(**changes):
@@ -131,9 +132,7 @@ def test_the_ports_of_this_machine_are_looked_for_where_linux_has_them(monkeypat
     assert list_ports() == Path("/")
 
 
-@pytest.mark.parametrize(
-    ("there", "expected"),
-    [
+@each(("there", "expected"), [
         ([], None),
         ([port("/dev/ttyUSB1", serial_number="A1", location="2-1")], "/dev/ttyUSB1"),
         ([port("/dev/ttyUSB1", serial_number="B1"), PortInfo(device="/dev/ttyS0")], None),
@@ -143,15 +142,13 @@ def test_the_ports_of_this_machine_are_looked_for_where_linux_has_them(monkeypat
          "/dev/ttyUSB1"),
         ([port("/dev/ttyUSB0", serial_number="A1", location="2-1"),
           port("/dev/ttyUSB1", serial_number="A1", location="3-1")], None),
-    ],
-    ids=["gone", "elsewhere", "another", "its other port", "another kind", "one number twice", "twice, both moved"],
-)  # fmt: skip
+    ])  # fmt: skip
 def test_a_device_is_found_again_by_its_serial_number(there, expected):
     found = find_again(identity(serial_number="A1"), there)
     assert (found.device if found else None) == expected
 
 
-@pytest.mark.parametrize(
+@each(
     ("there", "expected"),
     [
         ([port("/dev/ttyUSB3")], "/dev/ttyUSB3"),
@@ -159,7 +156,6 @@ def test_a_device_is_found_again_by_its_serial_number(there, expected):
         ([port("/dev/ttyUSB0", location="1-2"), port("/dev/ttyUSB1")], "/dev/ttyUSB1"),
         ([port("/dev/ttyUSB0", serial_number="A1")], None),
     ],
-    ids=["at its place", "elsewhere it may be another", "two alike", "now with a number"],
 )
 def test_a_device_without_serial_number_is_found_at_its_place_only(there, expected):
     found = find_again(identity(), there)

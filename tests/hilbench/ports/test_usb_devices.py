@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import pytest
-
 from hilbench.ports.listing import UsbIdentity
 from hilbench.ports.usb_devices import KINDS, chip_of, kind_of
+from tests.each import each
 
 PUBLISHED = {
     "60-openocd.rules, ST-LINK": (0x0483, "3744 3748 374b 374d 374e 374f 3752 3753 3754 3755 3757"),
@@ -18,7 +17,7 @@ PUBLISHED = {
 }
 
 
-@pytest.mark.parametrize("source", PUBLISHED)
+@each("source", PUBLISHED)
 def test_what_is_published_is_known(source):
     vendor, products = PUBLISHED[source]
     for product in products.split():
@@ -30,7 +29,7 @@ def test_nothing_else_is_in_the_table():
     assert {(kind.vendor_id, product) for kind in KINDS for product in kind.products} == published
 
 
-@pytest.mark.parametrize(
+@each(
     ("vendor", "product", "chip", "has_port"),
     [
         (0x0483, 0x3753, "STLINK-V3 with two ports", True),  # ..._V3_2VCP_PID

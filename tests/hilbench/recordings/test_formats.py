@@ -20,6 +20,7 @@ from hilbench.recordings.mcap_file import write_mcap
 from hilbench.recordings.pcapng import LEFT_OUT
 from hilbench.recordings.reading import parse_recording
 from hilbench.recordings.vcd_file import write_vcd
+from tests.each import each
 
 EVERY_BYTE = pytest.mark.exhaustive("the gate cuts at every seventh byte")
 _texts = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
@@ -245,7 +246,7 @@ class TestForeignCaptures:
             assert {event["ns"] for event in found.events} == {2_000_000_000}
         assert found.problem is None
 
-    @pytest.mark.parametrize(
+    @each(
         ("kind", "expected"),
         [
             (0, {"kind": "note", "text": "status change"}),

@@ -20,6 +20,7 @@ from hilbench.errors import HilbenchError
 from hilbench.journal import Journal, Recording
 from hilbench.recordings.layout import of_case
 from hilbench.recordings.moments import moment_of
+from tests.each import each
 from tests.rigid import MUJOCO
 from worlds import find_scene, find_vehicle
 from worlds.errors import CapabilityError
@@ -104,7 +105,7 @@ def test_a_world_that_was_made_before_its_case_began_is_that_of_the_case():
         moment_of(recording(*one, case("two"), pose(S, 0.0, 1.0)), 3 * S, "x")
 
 
-@pytest.mark.parametrize("name", ["room-with-boxes", "test-track", "ramp", "empty"])
+@each("name", ["room-with-boxes", "test-track", "ramp", "empty"])
 def test_a_stage_comes_back_from_its_data(name):
     stage = Stage.of(find_scene(name), ROBOT)
     assert Stage.from_data(json.loads(json.dumps(stage.data()))) == stage
@@ -165,7 +166,7 @@ def test_a_damaged_world_is_one_line(journal, capsys, damage, message):
         moment_of(recording(scene() | damage), None, "x")
 
 
-@pytest.mark.parametrize("x_m", [None, "far", 10**40, True])
+@each("x_m", [None, "far", 10**40, True])
 def test_a_damaged_pose_is_one_line(x_m):
     with pytest.raises(HilbenchError, match="the pose at 5 ns is damaged"):
         moment_of(recording(scene(), pose(5, 0, 0) | {"x_m": x_m}), None, "x")

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from hilbench.check import Violation
 from hilbench.suites import _clearance, _dodge, _replay
+from tests.each import each
 from worlds.scenes import Box, Scene
 from worlds.vehicles.pioneer_2dx import vehicle
 from worlds.world import Pose
@@ -41,7 +42,7 @@ def test_wires_that_change_one_after_the_other_make_no_spell_in_between():
     assert spells((0, (3, 3)), (10, (3, 2)), (10.02, (3, 3))) == [(0, 100, (3, 3), "forward")]
 
 
-@pytest.mark.parametrize(
+@each(
     ("asked", "motion"),
     [((187, 0), "forward"), ((100, 5), "forward"), ((0, -40), "turn"), ((-50, 0), "back"), ((0, 0), "stand")],
 )

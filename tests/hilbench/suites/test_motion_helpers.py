@@ -15,6 +15,7 @@ from hilbench.journal import Journal
 from hilbench.suites import _echoes, _mechanics, _wall
 from hilbench.suites._truth import Truth
 from protocols.p2os import robot_parameters
+from tests.each import each
 from worlds.scenes import Box, Scene
 from worlds.vehicles.pioneer_2dx import LEFT, RIGHT
 from worlds.world import open_world
@@ -230,7 +231,7 @@ def test_a_range_that_is_off_by_a_hundredth_is_a_violation(wrong):
         _echoes.require_range(echo.cone_mm * wrong, echo, "range")
 
 
-@pytest.mark.parametrize(
+@each(
     ("bearing_deg", "touched"),
     [
         (60, (0b00001, 0)),

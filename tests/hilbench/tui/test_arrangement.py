@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -11,6 +10,7 @@ from hilbench.systems.rover.dashboard import DASHBOARD as ROVER
 from hilbench.systems.vehicle.dashboard import DASHBOARD as VEHICLE
 from hilbench.tui.model.arrangement import LEAST_COLUMNS, LEAST_ROWS, arrangement_of
 from hilbench.tui.model.dashboards import BOARD, ROBOT
+from tests.each import each
 
 ARRANGED = {
     one.kind: (arrangement_of(one, wide=True), arrangement_of(one, wide=False))
@@ -20,7 +20,7 @@ PANES = sorted(ARRANGED["robot"][0].names)
 SIZES = {"width": st.integers(60, 100), "height": st.integers(20, 40)}
 
 
-@pytest.mark.parametrize("kind", ARRANGED)
+@each("kind", ARRANGED)
 def test_every_kind_has_every_pane_once(kind):
     from hilbench.tui import panes
 

@@ -16,6 +16,7 @@ from hilbench.tui.model.pins import PinModel
 from hilbench.tui.model.rates import Counted
 from hilbench.tui.model.stick import HOLD_S, Stick
 from hilbench.tui.views.pins import pins_view
+from tests.each import each
 
 S = 1_000_000_000
 NAMES = st.text(max_size=8)
@@ -214,7 +215,7 @@ def test_the_voltage_of_a_pin_is_the_one_that_was_told_last():
     assert [pin.volts_at(ns) for ns in (-1, 0, S - 1, S, 9 * S)] == [None, 1.5, 1.5, 2.25, 2.25]
 
 
-@pytest.mark.parametrize("told", [[math.nan, 3.3], [math.inf, 3.3], [1.0, 0.0], [1.0, math.nan], [1.0], "1.0", None])
+@each("told", [[math.nan, 3.3], [math.inf, 3.3], [1.0, 0.0], [1.0, math.nan], [1.0], "1.0", None])
 def test_what_is_no_voltage_is_not_taken(told):
     model = BenchModel({})
     model.take([{"ns": 1, "kind": "volts", "source": "bench", "pins": {"brain.PF12": told}}])

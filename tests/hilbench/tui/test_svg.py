@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import pytest
 from rich.cells import cell_len
 
 from hilbench.tui.svg import in_cells
+from tests.each import each
 
 CELL = 12.2
 
@@ -17,7 +17,7 @@ def run(at, text):
     )
 
 
-@pytest.mark.parametrize(
+@each(
     ("told", "places"),
     [
         ("a word & <more>", [(0, "a word & <more>")]),

@@ -18,6 +18,7 @@ from hilbench.tui.views.pins import pins_view
 from hilbench.tui.views.status import LINE_ERRORS, clock_words, link_view, strip_view
 from hilbench.tui.views.words import bar, bytes_words, ns_words, rate_words, seconds
 from protocols import p2os, pkt
+from tests.each import each
 from worlds import find_scene, find_vehicle
 from worlds.stage import Stage
 
@@ -40,7 +41,7 @@ def test_every_pane_of_every_bench_looks_as_it_did(panes, model_of, expect, benc
         expect(f"{bench}-{name}-{size}", [line.plain for line in lines[:height]])
 
 
-@pytest.mark.parametrize(
+@each(
     ("recent", "speed", "words", "pace"),
     [
         (1.0, 1.0, "", "pace     1.00 x real time, 0.90 in all"),
@@ -209,7 +210,7 @@ def test_analog_pins_have_volts_a_trace_on_the_scale_of_their_supply_and_a_row_b
 # --- words
 
 
-@pytest.mark.parametrize(
+@each(
     ("ns", "text"), [(0, "0.000 s"), (1_234_567_890, "1.234 s"), (61 * S, "0:01:01.0"), (7384_900_000_000, "2:03:04.9")]
 )
 def test_bench_times(ns, text):

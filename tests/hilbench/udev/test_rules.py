@@ -14,6 +14,7 @@ from hilbench.ports.usb_devices import KINDS
 from hilbench.udev.apply import Device, apply_rules
 from hilbench.udev.installing import rules_text
 from hilbench.udev.rules import Expression, parse_rules, problems_of
+from tests.each import each
 
 FILE = Path(__file__).parents[3] / "udev/70-hilbench.rules"
 RULES, _ = parse_rules(FILE.read_text())
@@ -132,7 +133,7 @@ def test_another_group_stands_everywhere():
     assert text.count('GROUP="uucp"') == FILE.read_text().count("GROUP=") == 2
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "said"),
     [
         ('KERNAL=="tty"', [(1, "unknown key KERNAL")]),

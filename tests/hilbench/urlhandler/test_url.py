@@ -14,6 +14,7 @@ from hilbench.links.bench_url import BenchUrl, parse_bench_url
 from hilbench.mcu.command_line import open_target
 from hilbench.urlhandler.runner import FastRunner, RealTimeRunner
 from protocols.pkt import PROFILES, RequestTelemetry, encode_command, encode_frame
+from tests.each import each
 
 IMAGES = Path(__file__).parents[3] / "targets/firmware/images"
 REQUEST = encode_frame(encode_command(RequestTelemetry()), PROFILES["documented"].client.frames)
@@ -35,7 +36,7 @@ def opened():
     assert threading.active_count() == before
 
 
-@pytest.mark.parametrize(
+@each(
     ("url", "means"),
     [
         ("hilbench://pioneer", BenchUrl(what="pioneer")),
@@ -50,7 +51,7 @@ def test_urls(url, means):
     assert parse_bench_url(url) == means
 
 
-@pytest.mark.parametrize(
+@each(
     "url",
     [
         "hilbench://",

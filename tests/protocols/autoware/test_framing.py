@@ -25,6 +25,7 @@ from protocols.autoware import (
     encode_message,
     longest_frame,
 )
+from tests.each import each
 
 VECTORS = [
     (AgentOnline(), "7E 00 00 01 00 01 C1 C0"),
@@ -45,7 +46,7 @@ VECTORS = [
 ]
 
 
-@pytest.mark.parametrize(("message", "frame"), VECTORS, ids=lambda value: type(value).__name__)
+@each(("message", "frame"), VECTORS)
 def test_worked_frames_both_ways(message, frame):
     frame = bytes.fromhex(frame)
     assert encode_frame(encode_message(message)) == frame
@@ -81,7 +82,7 @@ def test_a_frame_behind_anything_is_found(noise, payload):
     assert b"".join(item.raw if isinstance(item, Frame) else item.data for item in found) == noise + frame
 
 
-@pytest.mark.parametrize(
+@each(
     ("data", "reason", "dropped"),
     [
         ("00 01 02", DropReason.NOISE, "00 01 02"),

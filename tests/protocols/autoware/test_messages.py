@@ -24,6 +24,7 @@ from protocols.autoware import (
     encode_message,
     payload_size,
 )
+from tests.each import each
 
 SIZES = {
     "AgentOnline": 1,
@@ -81,7 +82,7 @@ def test_an_unknown_id_is_handed_on():
         encode_message(UnknownMessage(id=256))
 
 
-@pytest.mark.parametrize(
+@each(
     "message",
     [
         AckermannControlCommand(speed=1e39),

@@ -9,6 +9,7 @@ from protocols.carla import PROFILES, QUIRKS, LocalProtocolError, with_quirks
 from protocols.carla.clauses import CLAUSES
 from protocols.p2os.clauses import CLAUSES as P2OS_CLAUSES
 from protocols.pkt.clauses import CLAUSES as PKT_CLAUSES
+from tests.each import each
 from tests.protocols.clauses import check_clauses, check_package
 
 NEEDS = {
@@ -75,7 +76,7 @@ def test_what_is_between_the_profiles():
     assert changed == {"flag_clash", "emergency_report"}
 
 
-@pytest.mark.parametrize("quirk", QUIRKS.values(), ids=lambda quirk: quirk.name)
+@each("quirk", QUIRKS.values())
 def test_a_quirk_is_what_the_hardened_profile_does_not(quirk):
     made = with_quirks(PROFILES["hardened"], [quirk.name])
     assert made != PROFILES["hardened"]

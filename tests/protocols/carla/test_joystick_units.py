@@ -21,6 +21,7 @@ from protocols.carla import (
     encode_command,
     manual_command,
 )
+from tests.each import each
 
 READING = st.integers(0, 65535)
 
@@ -42,7 +43,7 @@ def test_an_axis_never_turns_back(a, b):
     assert X_AXIS.position(low) <= X_AXIS.position(high)
 
 
-@pytest.mark.parametrize(
+@each(
     ("x", "y", "command"),
     [
         (33970, 33580, ManualCommand()),

@@ -25,6 +25,7 @@ from protocols.carla import (
     encode_command,
     encode_status,
 )
+from tests.each import each
 
 FLOAT = st.floats(width=32, allow_nan=False)
 STATUSES = st.builds(
@@ -51,7 +52,7 @@ def as_binary32(frame):
     return type(frame)(**(values | kept))
 
 
-@pytest.mark.parametrize("name", VECTORS)
+@each("name", VECTORS)
 def test_each_vector_both_ways(name):
     vector = VECTORS[name]
     encode, decode = codec(vector.frame)
@@ -93,15 +94,14 @@ def test_a_damaged_letter_is_seen_and_a_damaged_value_is_not(status, at, turned)
         decode_status(bytes(data))
 
 
-@pytest.mark.parametrize("data", [b"", VECTORS["F4"].data[:-1], VECTORS["F4"].data + b"\0", VECTORS["F1"].data])
+@each("data", [b"", VECTORS["F4"].data[:-1], VECTORS["F4"].data + b"\0", VECTORS["F1"].data])
 def test_a_status_of_another_length_is_refused(data):
     with pytest.raises(RemoteProtocolError, match="instead of 22"):
         decode_status(data)
 
 
-@pytest.mark.parametrize(
-    "frame",
-    [StatusFrame(lon_speed_m_s=1e39), CommandFrame(jerk=1e39), CommandFrame(mode=256), CommandFrame(mode=-1)],
+@each(
+    "frame", [StatusFrame(lon_speed_m_s=1e39), CommandFrame(jerk=1e39), CommandFrame(mode=256), CommandFrame(mode=-1)]
 )
 def test_what_does_not_fit_is_the_callers_mistake(frame):
     encode, _ = codec(frame)

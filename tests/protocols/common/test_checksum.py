@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -11,6 +10,7 @@ from protocols.common.decoding import NoOptions
 from protocols.p2os.decoding import checksum as p2os_checksum
 from protocols.pkt.decoding import DecodeOptions
 from protocols.pkt.decoding import checksum as pkt_checksum
+from tests.each import each
 
 SUM = Checksum(value=lambda data, begin: begin + sum(data), begin=1, first=1, stop=-2, at=-2, size=1, order="big")
 WORD = Checksum(value=lambda data, begin: begin - sum(data), begin=0, first=0, stop=-2, at=-2, size=2, order="little")
@@ -37,7 +37,7 @@ VEL_200 = bytes.fromhex("FAFB060B3BC800D33B")
 LED_ON = bytes.fromhex("504B54210101F1D10A")
 
 
-@pytest.mark.parametrize(
+@each(
     ("rule", "raw", "mistake"),
     [
         (P2OS, "FAFB060B3BC8003BD3", "the bytes of its checksum are swapped"),

@@ -24,6 +24,7 @@ from protocols.p2os import (
     unpack_signed_bytes,
 )
 from protocols.p2os.commands import encode_command_body
+from tests.each import each
 
 arguments = st.one_of(st.none(), st.integers(-65535, 65535), st.binary(max_size=195))
 commands = st.builds(Command, st.integers(0, 255), arguments)
@@ -71,7 +72,7 @@ def test_what_is_no_byte_is_not_packed(high):
         pack_bytes(0, high)
 
 
-@pytest.mark.parametrize(
+@each(
     ("body", "expected"),
     [
         ("07 3B", None),
@@ -87,7 +88,7 @@ def test_tolerated(body, expected):
     assert decode_command(bytes.fromhex(body)).argument == expected
 
 
-@pytest.mark.parametrize("body", ["", "0B 3C 01 00", "0B 3B 01", "0B 1B 01", "0F 2B 05 41 42", "0F 00"])
+@each("body", ["", "0B 3C 01 00", "0B 3B 01", "0B 1B 01", "0F 2B 05 41 42", "0F 00"])
 def test_refused(body):
     with pytest.raises(RemoteProtocolError):
         decode_command(bytes.fromhex(body))
@@ -101,7 +102,7 @@ def test_raw_tty_string_only_where_it_is_allowed():
         decode_command(bytes.fromhex("0F2B78797A"))
 
 
-@pytest.mark.parametrize(
+@each(
     "command",
     [
         Command(256),
@@ -117,7 +118,7 @@ def test_what_cannot_be_sent(command):
         encode_command(command)
 
 
-@pytest.mark.parametrize(
+@each(
     ("command", "right"),
     [
         (Command(CommandNumber.VEL, 200), True),

@@ -53,6 +53,7 @@ from protocols.p2os import (
     CommandNumber as N,
 )
 from protocols.p2os.states import IN_SESSION
+from tests.each import each
 
 SECOND = 1_000_000_000
 ECHO0, ECHO1 = SyncEcho(number=0), SyncEcho(number=1)
@@ -203,7 +204,7 @@ def test_echo_in_two_pieces():
     assert computer.feed(raw[3:]) == [SYNC1]
 
 
-@pytest.mark.parametrize("answer", [ECHO0, SyncError(), P2DX, BROKEN])
+@each("answer", [ECHO0, SyncError(), P2DX, BROKEN])
 def test_wrong_answer_to_sync1_restarts(answer):
     computer = computer_in(C.SYNC1_SENT)
     assert computer.feed(answer) == []
@@ -455,7 +456,7 @@ def test_reconnects_with_nothing_left_of_before():
     finish(computer)
 
 
-@pytest.mark.parametrize("state", [state for state in C if state is not C.OPEN])
+@each("state", [state for state in C if state is not C.OPEN])
 def test_nothing_can_be_sent_outside_the_session(state):
     computer = computer_in(state)
     deadline, sent = computer.connection.next_deadline_ns(), computer.connection.counters.frames_out
@@ -466,9 +467,7 @@ def test_nothing_can_be_sent_outside_the_session(state):
     assert computer.connection.counters.frames_out == sent
 
 
-@pytest.mark.parametrize(
-    "message", [Sip(), OPEN_1, SYNC2, Command(N.VEL, 99_999), Command(300), Command(N.SAY, bytes(196))]
-)
+@each("message", [Sip(), OPEN_1, SYNC2, Command(N.VEL, 99_999), Command(300), Command(N.SAY, bytes(196))])
 def test_wrong_messages_of_a_client_change_nothing(message):
     computer = computer_in(C.OPEN)
     deadline = computer.connection.next_deadline_ns()
@@ -591,7 +590,7 @@ def test_packets_without_an_edge_change_nothing():
         assert computer.connection.counters.ignored == ignored + 1, (state, trigger)
 
 
-@pytest.mark.parametrize("packet", [encode_frame(b"\0x"), encode_frame(b"\1x"), P2DX, BROKEN])
+@each("packet", [encode_frame(b"\0x"), encode_frame(b"\1x"), P2DX, BROKEN])
 def test_packets_of_the_handshake_in_a_session_are_unknown_ones(packet):
     computer = computer_in(C.OPEN)
     computer.events.clear()

@@ -40,6 +40,7 @@ from protocols.p2os import (
     decode_packet,
     encode_packet,
 )
+from tests.each import each
 from tests.share import examples
 
 
@@ -139,7 +140,7 @@ HANDSHAKE_PACKETS = {
 }
 
 
-@pytest.mark.parametrize("kind", SESSION_PACKETS, ids=lambda kind: kind.__name__)
+@each("kind", SESSION_PACKETS)
 def test_round_trip_in_session(kind):
     @settings(max_examples=examples(60))
     @given(SESSION_PACKETS[kind])
@@ -177,7 +178,7 @@ def test_any_body_is_read_or_refused(body, connected, wide_status):
     assert decode_packet(again, connected=connected, wide_status=wide_status) == packet
 
 
-@pytest.mark.parametrize("kind", {**SESSION_PACKETS, **HANDSHAKE_PACKETS}, ids=lambda kind: kind.__name__)
+@each("kind", {**SESSION_PACKETS, **HANDSHAKE_PACKETS})
 def test_every_cut_body_is_read_or_refused(kind):
     @settings(max_examples=examples(15))
     @given((SESSION_PACKETS | HANDSHAKE_PACKETS)[kind], st.data())
@@ -203,7 +204,7 @@ def test_the_same_bytes_mean_different_things_by_state():
         assert decode_packet(body, connected=True) == inside
 
 
-@pytest.mark.parametrize("body", [b"", b"\x02", b"\x02abc", b"\x02a\0b\0", b"\x02a\0b\0c"])
+@each("body", [b"", b"\x02", b"\x02abc", b"\x02a\0b\0", b"\x02a\0b\0c"])
 def test_identification_without_its_strings(body):
     with pytest.raises(RemoteProtocolError):
         decode_packet(body, connected=False)
@@ -277,7 +278,7 @@ def test_battery_record_longer_than_ours_keeps_the_rest():
     assert BatteryPacket.decode(packet.encode()) == packet
 
 
-@pytest.mark.parametrize(
+@each(
     "packet",
     [
         Sip(x_raw=65536),
@@ -297,7 +298,6 @@ def test_battery_record_longer_than_ours_keeps_the_rest():
         ConfigPacket(sip_cycle_ms=256),
         UnknownPacket(packet_type=0x61, payload=bytes(253)),
     ],
-    ids=lambda packet: type(packet).__name__,
 )
 def test_what_cannot_be_sent(packet):
     with pytest.raises(LocalProtocolError):

@@ -32,6 +32,7 @@ from protocols.p2os import (
     wheel_speed_raw,
 )
 from protocols.p2os.units import Pose
+from tests.each import each
 
 P2DX = ROBOTS["p2dx"]
 GOLDEN = Sip(
@@ -63,7 +64,7 @@ def test_every_robot_of_the_family_is_there():
     }
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "distance", "sonar", "turn", "speed", "turn_rate"),
     [
         ("p2dx", 0.84, 0.268, 0.0056, 2200, 500),
@@ -106,7 +107,7 @@ def test_sonars_of_a_2dx():
     ]
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "count"), [("p2dx", 16), ("p2at", 16), ("p2pb", 24), ("amigo", 8), ("pion1x", 7), ("p2dx/front-array", 8)]
 )
 def test_number_of_sonars(name, count):

@@ -41,6 +41,7 @@ from protocols.p2os import (
     ServerState as S,
 )
 from protocols.p2os.events import CloseReason
+from tests.each import each
 
 SECOND = 1_000_000_000
 SYNC = [encode_frame(bytes((number,))) for number in range(3)]
@@ -150,7 +151,7 @@ def test_an_early_open_with_an_argument_is_no_sync(state, policy):
     assert robot.state is state
 
 
-@pytest.mark.parametrize("state", [S.WAIT, S.WAIT1, S.WAIT2, S.READY])
+@each("state", [S.WAIT, S.WAIT1, S.WAIT2, S.READY])
 def test_sync0_restarts_from_anywhere(state):
     robot = robot_in(state)
     assert robot.receive(SYNC[0]) == SYNC[0]
@@ -165,7 +166,7 @@ def test_a_repeat_is_answered_again(state, last, policy):
     assert robot.state is state
 
 
-@pytest.mark.parametrize(
+@each(
     ("policy", "state", "number", "reply", "after"),
     [
         (WrongOrder.REFUSE, S.WAIT, 1, b"", S.WAIT),
@@ -217,7 +218,7 @@ def test_watchdog_expires_once_and_the_next_packet_revives():
     assert robot.connection.counters.watchdog_expiries == 2
 
 
-@pytest.mark.parametrize("feed", [SYNC[0], VEL, encode_command(Command(200)), UNREADABLE])
+@each("feed", [SYNC[0], VEL, encode_command(Command(200)), UNREADABLE])
 def test_any_sound_frame_feeds_the_watchdog(feed):
     robot = robot_in(S.OPEN)
     for _ in range(5):
@@ -268,7 +269,7 @@ def test_handshake_limit():
     assert opened.wait(20) == []
 
 
-@pytest.mark.parametrize("state", [S.WAIT1, S.WAIT2, S.READY, S.OPEN])
+@each("state", [S.WAIT1, S.WAIT2, S.READY, S.OPEN])
 def test_line_down_forgets_the_client(state):
     robot = robot_in(state)
     robot.receive(SYNC[0][:3])
@@ -306,7 +307,7 @@ def test_time_does_not_run_backwards():
     assert robot.connection.next_deadline_ns() == 3 * SECOND
 
 
-@pytest.mark.parametrize("state", [S.WAIT, S.WAIT1, S.WAIT2, S.READY])
+@each("state", [S.WAIT, S.WAIT1, S.WAIT2, S.READY])
 def test_nothing_can_be_sent_before_the_session(state):
     robot = robot_in(state)
     before = (robot.connection.counters, robot.connection.next_deadline_ns())
@@ -316,7 +317,7 @@ def test_nothing_can_be_sent_before_the_session(state):
     assert (robot.connection.counters, robot.connection.next_deadline_ns()) == before
 
 
-@pytest.mark.parametrize("message", [Command(N.VEL, 1), BENCH, SyncError(), Sip(x_raw=-1)])
+@each("message", [Command(N.VEL, 1), BENCH, SyncError(), Sip(x_raw=-1)])
 def test_wrong_messages_of_a_server_change_nothing(message):
     robot = robot_in(S.OPEN)
     sent = robot.connection.counters.frames_out
@@ -339,7 +340,7 @@ def test_a_server_neither_connects_nor_leaves(call):
         getattr(Robot().connection, call)(0)
 
 
-@pytest.mark.parametrize(
+@each(
     "options",
     [
         {"watchdog_s": 0},
@@ -382,7 +383,7 @@ def provoke(robot, trigger):
         robot.wait(10)
 
 
-@pytest.mark.parametrize("policy", WrongOrder)
+@each("policy", WrongOrder)
 def test_every_pair_of_state_and_trigger(policy):
     table = server_table(policy)
     visits = Counter()

@@ -35,6 +35,7 @@ from protocols.p2os import (
 from protocols.p2os import (
     CommandNumber as N,
 )
+from tests.each import each
 
 PLAIN, NUL, RAW, TYPE_ONLY = (
     ArgumentForm.PLAIN,
@@ -224,14 +225,14 @@ def test_every_command_is_written_and_read():
         assert encode_command(read, form=form) == raw, text
 
 
-@pytest.mark.parametrize(("packet", "connected", "text"), PACKETS, ids=lambda value: type(value).__name__)
+@each(("packet", "connected", "text"), PACKETS)
 def test_packet_is_written_and_read(packet, connected, text):
     raw = bytes.fromhex(text)
     assert encode_packet(packet) == raw
     assert decode_packet(the_frame(raw).body, connected=connected) == packet
 
 
-@pytest.mark.parametrize(
+@each(
     ("body", "expected"),
     [("0B 3B C8 00", 0xD33B), ("2A 2B 78 79 7A", 0xA2DE), ("90" + "FF" * 8, 0x9003), ("", 0), ("07", 7)],
 )
@@ -252,9 +253,7 @@ def test_vel2_reads_the_same_in_both_packings(left, right, packing):
     assert vel2_speeds_mm_s(decode_command(the_frame(raw).body)) == (left, right)
 
 
-@pytest.mark.parametrize(
-    ("asked", "sent"), [(19.9, 0), (-19.9, 0), (39, 20), (-39, -20), (99_999, 2540), (-99_999, -2540)]
-)
+@each(("asked", "sent"), [(19.9, 0), (-19.9, 0), (39, 20), (-39, -20), (99_999, 2540), (-99_999, -2540)])
 def test_vel2_rounds_toward_zero_and_clips(asked, sent):
     assert vel2_speeds_mm_s(vel2(asked, asked)) == (sent, sent)
 
@@ -267,7 +266,7 @@ def test_missing_arguments_have_the_value_a_server_takes():
     assert Command(200).name == "#200"
 
 
-@pytest.mark.parametrize("tail", [2, 3, 4, 10])
+@each("tail", [2, 3, 4, 10])
 def test_config_that_is_cut_is_read_as_far_as_it_goes(tail):
     body = CONFIG.encode()[:-tail]
     cut = decode_packet(body)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import pytest
-
 import protocols.pkt
 from protocols.p2os.clauses import CLAUSES as P2OS_CLAUSES
 from protocols.pkt import PROFILES, Framing, Profile, Schema
 from protocols.pkt.clauses import CLAUSES
+from tests.each import each
 from tests.protocols.clauses import check_clauses, check_package
 
 NEEDS = {"server", "client", "led", "wheels", "duty", "imu", "gps", "boot", "reopen"}
@@ -52,7 +51,7 @@ def test_every_promise_beside_a_defect_is_named_by_it():
     assert len(twins) >= 15
 
 
-@pytest.mark.parametrize("name", ["documented", "term-doc", "g0", "g2"])
+@each("name", ["documented", "term-doc", "g0", "g2"])
 def test_a_profile_is_whole(name):
     profile = PROFILES[name]
     assert profile.name == name

@@ -45,6 +45,7 @@ from protocols.pkt import (
     encode_report,
     hides_newline,
 )
+from tests.each import each
 
 SECOND = 1_000_000_000
 REQUEST = encode_frame(b"\x00")
@@ -262,7 +263,7 @@ def test_it_never_looks_at_the_crc():
     assert client(split_lines=True).receive(wrong, 0) == [ReportReceived(report=GeneralReport(accepted=3))]
 
 
-@pytest.mark.parametrize(
+@each(
     ("line", "reason"),
     [
         (b"x" + GENERAL, DropReason.BAD_SYNC),

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import crcmod
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from protocols.pkt.crc import crc16
+from tests.each import each
 
 WITH_TABLES = crcmod.mkCrcFun(0x11021, initCrc=0xFFFF, rev=False, xorOut=0)
 
@@ -22,7 +22,7 @@ def bit_by_bit(payload):
     return register
 
 
-@pytest.mark.parametrize(
+@each(
     ("payload", "expected"),
     [(b"", 0xFFFF), (b"123456789", 0x29B1), (b"\x00", 0xE1F0), (b"\x01", 0xF1D1), (b"\x01\x00\x00", 0xFBAC)],
 )

@@ -30,6 +30,7 @@ from protocols.pkt import (
     hides_newline,
     longest_frame,
 )
+from tests.each import each
 from tests.share import examples
 
 SECOND = 1_000_000_000
@@ -308,7 +309,7 @@ def test_a_payload_that_fits_no_frame(payload):
         encode_frame(payload)
 
 
-@pytest.mark.parametrize(
+@each(
     "wrong",
     [
         {"max_payload": 0},
@@ -323,7 +324,7 @@ def test_senseless_options(wrong):
         FramingOptions(**wrong)
 
 
-@pytest.mark.parametrize("options", OPTIONS)
+@each("options", OPTIONS)
 def test_every_state_of_a_table_can_be_reached_and_left(options):
     table = frame_table(options)
     reached = {edge.next_state for edge in table.values()}

@@ -11,11 +11,12 @@ import pytest
 from measure.loss.measure import Loss, by_formula, lost_by_lines, lost_by_newline
 from measure.loss.payloads import STRUCTURED, random_payloads
 from protocols.pkt import hides_newline
+from tests.each import each
 
 DOCS = Path(__file__).parents[3] / "docs"
 
 
-@pytest.mark.parametrize("size", [3, 12, 60, 96])
+@each("size", [3, 12, 60, 96])
 def test_random_payloads_follow_the_formula(size):
     loss = lost_by_newline(random_payloads(size, random.Random(size)), 20_000)
     assert loss.share == pytest.approx(by_formula(size), abs=2 * loss.uncertainty)

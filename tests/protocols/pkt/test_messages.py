@@ -53,6 +53,7 @@ from protocols.pkt import (
     unwrap,
 )
 from protocols.pkt.units import AccelerationUnit
+from tests.each import each
 
 V1, V1B, V2 = Schema.V1, Schema.V1B, Schema.V2
 every_schema = pytest.mark.parametrize("schema", list(Schema), ids=lambda schema: schema.name)
@@ -221,7 +222,7 @@ def test_offsets_of_the_manual():
     assert struct.unpack_from("<4f4I2f2f", payload, 4) == tuple(range(1, 13))
 
 
-@pytest.mark.parametrize(
+@each(
     ("message", "schema", "text"),
     [
         (MotorThrottles(a=0.0, b=0.0), V1, "no command of schema V1"),
@@ -250,7 +251,7 @@ def test_what_does_not_fit_is_the_programs_fault(message, schema, text):
         encode(message, schema)
 
 
-@pytest.mark.parametrize(
+@each(
     ("decode", "payload", "text"),
     [
         (decode_command, b"", "empty"),
@@ -272,7 +273,7 @@ def test_one_family_holds_both():
     assert not issubclass(LocalProtocolError, RemoteProtocolError)
 
 
-@pytest.mark.parametrize(
+@each(
     ("given_", "expected"),
     [
         (MotorThrottles(a=1.5, b=-2.0, flags=1), MotorThrottles(a=1.0, b=-1.0, flags=1)),

@@ -49,6 +49,7 @@ from protocols.pkt import (
     encode_command,
     encode_frame,
 )
+from tests.each import each
 
 SECOND = 1_000_000_000
 W1 = bytes.fromhex("50 4B 54 21 01 00 E1 F0 0A")
@@ -466,9 +467,7 @@ def test_status_of_the_general_report(make_rover):
         rover.connection.set_status(256)
 
 
-@pytest.mark.parametrize(
-    "message", [GeneralReport(), ExecutionReport(opcode=1), LedOn(), SpeedSetpoints(a_rpm=0, b_rpm=0)]
-)
+@each("message", [GeneralReport(), ExecutionReport(opcode=1), LedOn(), SpeedSetpoints(a_rpm=0, b_rpm=0)])
 def test_what_is_not_for_a_rover_to_send(message):
     connection = Connection(Role.SERVER)
     with pytest.raises(LocalProtocolError, match=f"{type(message).__name__} is not for the program on a server"):

@@ -8,6 +8,7 @@ from targets.boards import Board, Straps, board_names, built_in_board
 from targets.mcu.chip_limits import limits_for, limits_of
 from targets.mcu.errors import BoardError
 from targets.mcu.variants import VARIANTS
+from tests.each import each
 
 
 def test_the_blue_pill_is_what_its_schematic_says():
@@ -77,7 +78,7 @@ def test_the_connectors_of_the_nucleo_have_as_many_contacts_as_they_have():
     assert names <= morpho, "what the Zio connectors have, the morpho connectors have too"
 
 
-@pytest.mark.parametrize("name", board_names())
+@each("name", board_names())
 def test_every_name_on_a_connector_is_a_pin_or_a_supply(name):
     board = built_in_board(name)
     supplies = {"5V", "G", "GND", "3.3", "3V3", "R", "VB"}
@@ -87,7 +88,7 @@ def test_every_name_on_a_connector_is_a_pin_or_a_supply(name):
             assert contact in supplies or board.port_pin(contact), contact
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "pins"),
     [
         *(("STM32F103T8", 26), ("STM32F103CB", 37), ("STM32F103R8", 51), ("STM32F103VB", 80)),
@@ -110,7 +111,7 @@ def test_every_f103_from_x4_to_xe_is_there():
     assert found == {f"STM32F103{one}{size}": sizes[size] for size in sizes for one in packages[size]}
 
 
-@pytest.mark.parametrize("variant", VARIANTS.values(), ids=VARIANTS)
+@each("variant", VARIANTS.values())
 def test_images_and_boards_know_the_same_chips(variant):
     assert limits_for(variant.name) == limits_of(variant)
     assert limits_of(variant).itcm_size == variant.itcm_bytes
@@ -127,7 +128,7 @@ def test_a_board_may_have_no_crystal():
     assert board.usarts == ("USART1", "USART2", "USART3")
 
 
-@pytest.mark.parametrize(
+@each(
     ("more", "said"),
     [
         ({"chip": "STM32F103ZG"}, "no chip 'STM32F103ZG'"),

@@ -10,6 +10,7 @@ from elftools.elf.elffile import ELFFile
 
 from targets import firmware
 from targets.firmware import image_names, image_path
+from tests.each import each
 
 ONE_OF_EACH_KIND = {name.partition("-")[0]: name for name in image_names()}.values()
 SELFTESTS = [name for name in image_names() if name.startswith("selftest-")]
@@ -35,7 +36,7 @@ def test_every_self_test_has_an_image():
     assert sorted(f"selftest-{source.stem}" for source in sources) == SELFTESTS
 
 
-@pytest.mark.parametrize("name", ONE_OF_EACH_KIND)
+@each("name", ONE_OF_EACH_KIND)
 def test_functions_and_lines_can_be_looked_up(name):
     check_symbols(name)
 

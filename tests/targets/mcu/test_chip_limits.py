@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import pytest
-
 from targets.mcu.chip_limits import fitting, limits_for, past_end
+from tests.each import each
 
 KB = 1024
 
 
-@pytest.mark.parametrize(
+@each(
     ("chip", "flash_kb", "ram_kb", "found"),
     [
         ("STM32F103C8", 65, 0, "STM32F103CB"),
@@ -26,7 +25,7 @@ def test_the_nearest_chip_that_has_room(chip, flash_kb, ram_kb, found):
     assert (fits and fits.name) == found
 
 
-@pytest.mark.parametrize(
+@each(
     ("chip", "address", "said"),
     [
         ("STM32F103C8", 0x0800_FFFF, None),

@@ -17,6 +17,7 @@ from intelhex import IntelHex
 from targets.firmware import image_path
 from targets.mcu.errors import ImageError
 from targets.mcu.image import limits_for, load_image
+from tests.each import each
 from tests.share import examples
 
 CHIP = limits_for("STM32F103C8")
@@ -519,7 +520,7 @@ def test_a_table_cut_off(save):
     assert "no vector table" in refused(save(hex_text([(FLASH, firmware()[:6])])))
 
 
-@pytest.mark.parametrize(
+@each(
     ("part", "flash_kb", "ram_kb"),
     [("STM32F103C8", 64, 20), ("stm32f103cbt6", 128, 20), ("STM32F103RET6", 512, 64), ("STM32F103C6", 32, 10)],
 )

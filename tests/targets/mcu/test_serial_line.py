@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.serial_line import LineHistory, LineReceiver, SerialFormat, SerialFrame
+from tests.each import each
 from tests.share import examples
 
 FORMATS = st.builds(
@@ -151,13 +152,13 @@ def test_a_format_is_written_and_read(line_format):
     assert SerialFormat.parse(str(line_format).lower()) == line_format
 
 
-@pytest.mark.parametrize("text", ["", "8", "8N", "8X1", "4N1", "10N1", "8N3", "8N1 "])
+@each("text", ["", "8", "8N", "8X1", "4N1", "10N1", "8N3", "8N1 "])
 def test_a_wrong_format_is_refused(text):
     with pytest.raises(ValueError, match="no serial format"):
         SerialFormat.parse(text)
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "value", "word"),
     [("8N1", 0x155, 0x55), ("7E1", 0x03, 0x03), ("7E1", 0x07, 0x87), ("8O1", 0x00, 0x100), ("9N2", 0x1FF, 0x1FF)],
 )

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from protocols.p2os import Pose, Sip, SonarReading
 from targets.parts.p2os_adapter import DistanceBits, EncoderWords, P2osAdapterSettings
 from targets.parts.p2os_adapter.outputs import published_words
+from tests.each import each
 
 RANGE_UNIT_MM = 0.268
 DISTANCE_UNIT_MM = 0.84
@@ -101,7 +102,7 @@ def test_a_robot_with_many_discs(make_adapter) -> None:
     assert [bool(level) for level in adapter.distances()] == [False, True] + [False] * 6
 
 
-@pytest.mark.parametrize(
+@each(
     ("x_m", "y_m", "words"),
     [
         (0.0, 0.0, (0, 0)),

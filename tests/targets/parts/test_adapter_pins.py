@@ -14,6 +14,7 @@ from targets.parts.p2os_adapter import (
 )
 from targets.parts.p2os_adapter.sampling import ConnectionSampler, read_burst
 from targets.parts.testing import Wire
+from tests.each import each
 
 MS = 1_000_000
 US = 1_000
@@ -177,7 +178,7 @@ def test_the_mode_pin_is_read_once_at_start(make_adapter, level, mode, pulse) ->
     assert len(adapter.told(AdapterStarted)) == 2
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "value"),
     [("mode", "radio"), ("motor_reads", 0), ("pass_ms", 0.0), ("encoder_order", "random"), ("safe_stop_s", -1.0)],
 )

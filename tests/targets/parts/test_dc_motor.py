@@ -12,6 +12,7 @@ from targets.parts import Ports
 from targets.parts.battery import Battery, BatterySettings
 from targets.parts.dc_motor import DcMotor, DcMotorSettings, MotorHeld
 from targets.parts.l298n import L298n, L298nSettings
+from tests.each import each
 
 DEFAULTS = DcMotorSettings()
 
@@ -190,7 +191,7 @@ def test_the_wheels_get_less_than_the_cells_give():
     assert kinetic_j < wheel.turned_j
 
 
-@pytest.mark.parametrize(("throttle", "rpm"), [(0.25, 95), (0.30, 117.5), (0.35, 133), (0.39, 143.5), (0.50, 164)])
+@each(("throttle", "rpm"), [(0.25, 95), (0.30, 117.5), (0.35, 133), (0.39, 143.5), (0.50, 164)])
 def test_speeds_are_those_of_the_original_s_notebooks(throttle, rpm):
     """95 to 100, 115 to 120, 133 and 142 to 145 rpm were read off its plots; at 0.50 it left the range up to 150."""
     wheel = InTheAir()

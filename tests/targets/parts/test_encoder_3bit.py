@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from targets.parts.encoder_3bit import SECTOR_RAD, Encoder3Bit, EncoderMoved, EncoderSettings, sector_word
 from targets.parts.testing import PartBench
 from targets.parts.words import word_of
+from tests.each import each
 
 STEP_NS = 4_000_000
 
@@ -36,7 +37,7 @@ def _as_published(angle_rad) -> int:
     return math.trunc(math.fmod(angle_rad, 2 * math.pi) / (math.pi / 4)) & 7
 
 
-@pytest.mark.parametrize("sector", range(8))
+@each("sector", range(8))
 def test_a_turn_has_eight_sectors_of_45_degrees(sector) -> None:
     middle_rad = (sector + 0.5) * SECTOR_RAD
     for turns in (-2, 0, 3):
@@ -69,7 +70,7 @@ def test_one_turn_backward_in_the_truncating_form() -> None:
     assert first_ns == pytest.approx(14 * STEP_NS, abs=2)
 
 
-@pytest.mark.parametrize("speed_rad_s", [0.5, 3.0, -3.0, 27.0, -200.0, 900.0])
+@each("speed_rad_s", [0.5, 3.0, -3.0, 27.0, -200.0, 900.0])
 def test_boundaries_are_crossed_at_their_exact_time(speed_rad_s) -> None:
     start_rad = 0.3
     bench = _turned(EncoderSettings(), lambda tick: start_rad + speed_rad_s * tick * STEP_NS / 1e9, 50)
@@ -82,7 +83,7 @@ def test_boundaries_are_crossed_at_their_exact_time(speed_rad_s) -> None:
     assert len(moves) == abs(math.floor((start_rad + speed_rad_s * 50 * STEP_NS / 1e9) / SECTOR_RAD))
 
 
-@pytest.mark.parametrize(
+@each(
     ("order", "code", "levels"),
     [
         ("lsb-first", 5, (True, False, True)),

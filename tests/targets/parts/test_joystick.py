@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from targets.mcu.stm32.adc_format import code
 from targets.parts.joystick import AxisCalibration, Joystick, JoystickMoved, JoystickSettings
 from targets.parts.testing import PartBench
+from tests.each import each
 
 MS = 1_000_000
 X, Y = JoystickSettings().axes
@@ -28,7 +29,7 @@ def press(bench, level) -> None:
     bench.part.set({"press": level}, bench.now_ns)
 
 
-@pytest.mark.parametrize(
+@each(
     ("x", "y", "codes"),
     [(0, 0, (33970, 33580)), (1, 1, (65535, 65535)), (-1, -1, (1057, 1062)), (0.5, 0, (49752, 33580))],
 )

@@ -10,11 +10,12 @@ from targets.parts import PARTS, Control, Part, Ports, part_class
 from targets.parts.part import check_controls
 from targets.parts.settings import check_settings, describe, setting
 from targets.parts.testing import Wire
+from tests.each import each
 
 KINDS = tuple(PARTS)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@each("kind", KINDS)
 def test_a_kind_is_a_part_with_names_of_its_own(kind: str) -> None:
     found = part_class(kind)
     assert issubclass(found, Part)
@@ -24,7 +25,7 @@ def test_a_kind_is_a_part_with_names_of_its_own(kind: str) -> None:
     assert all(names)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@each("kind", KINDS)
 def test_every_setting_has_a_unit_and_a_source(kind: str) -> None:
     settings = part_class(kind).Settings()
     assert dataclasses.fields(settings)
@@ -49,7 +50,7 @@ def test_a_part_answers_on_its_bus_at_the_address_that_it_says(kind: str) -> Non
         assert there == [found.address_of(settings)]
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@each("kind", KINDS)
 def test_a_part_lives_without_any_connection(kind: str) -> None:
     found = part_class(kind)
     part = found(found.Settings(), Ports(), seed=0)
@@ -64,7 +65,7 @@ def test_a_part_lives_without_any_connection(kind: str) -> None:
         assert deadline_ns is None or deadline_ns > from_ns
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@each("kind", KINDS)
 def test_slaves_are_those_that_are_named(kind: str) -> None:
     found = part_class(kind)
     part = found(found.Settings(), Ports(), seed=0)
@@ -77,7 +78,7 @@ def test_slaves_are_those_that_are_named(kind: str) -> None:
             slave("no such end")
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@each("kind", KINDS)
 def test_quantities_that_go_out_are_those_that_are_named(kind: str) -> None:
     found = part_class(kind)
     part = found(found.Settings(), Ports(), seed=0)
@@ -86,7 +87,7 @@ def test_quantities_that_go_out_are_those_that_are_named(kind: str) -> None:
     assert set(part.before_step(0, 1)) == out
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@each("kind", KINDS)
 def test_an_unknown_control_is_refused(kind: str) -> None:
     found = part_class(kind)
     part = found(found.Settings(), Ports(), seed=0)
@@ -128,7 +129,7 @@ class _Sample:
         check_settings(self)
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "value", "complaint"),
     [
         ("count", 10, "count must be at most 9"),

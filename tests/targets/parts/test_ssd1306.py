@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.mcu.i2c_bus import I2cBus
 from targets.parts.ssd1306 import COLUMNS, DisplayNote, DisplaySwitched, Ssd1306, Ssd1306Settings
 from targets.parts.testing import PartBench
+from tests.each import each
 
 UPRIGHT = (0xA1, 0xC8)
 ON = (0x8D, 0x14, 0xAF)
@@ -95,7 +95,7 @@ def test_operands_may_come_in_the_next_message():
     assert rig.part.contrast == 0x12
 
 
-@pytest.mark.parametrize(
+@each(
     ("commands", "at"),
     [
         ((0xA1, 0xC8), (0, 0)),
@@ -160,7 +160,7 @@ def test_a_panel_of_32_rows_has_another_wiring():
     assert rig.lit() == {(0, 0), (0, 7)}
 
 
-@pytest.mark.parametrize(
+@each(
     ("commands", "words"),
     [
         ((0x2F,), "scrolling: not modelled"),

@@ -7,11 +7,11 @@ import io
 import re
 from pathlib import Path
 
-import pytest
 from elftools.elf.elffile import ELFFile
 
 from targets import firmware
 from targets.firmware import image_names, image_path
+from tests.each import each
 
 ROVER = Path(firmware.__file__).parent / "rover"
 LISTED = re.findall(r"((?:// .*\n)+)#ifndef DEFECT_(\w+)\n#define DEFECT_(\w+) ", (ROVER / "defects.h").read_text())
@@ -55,7 +55,7 @@ def test_those_of_g2_are_marked():
     assert marked == set(built("ROVER_DEFECTS")) - left_out
 
 
-@pytest.mark.parametrize("name", VARIANTS)
+@each("name", VARIANTS)
 def test_each_image_is_another_program(name):
     same = [other for other in ["rover", *VARIANTS] if other != name and code_of(other) == code_of(name)]
     assert same == []

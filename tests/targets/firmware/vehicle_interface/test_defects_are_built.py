@@ -7,11 +7,11 @@ import io
 import re
 from pathlib import Path
 
-import pytest
 from elftools.elf.elffile import ELFFile
 
 from targets import firmware
 from targets.firmware import image_names, image_path
+from tests.each import each
 
 VEHICLE = Path(firmware.__file__).parent / "vehicle_interface"
 LISTED = re.findall(r"((?:// .*\n)+)#ifndef DEFECT_(\w+)\n#define DEFECT_(\w+) ", (VEHICLE / "defects.h").read_text())
@@ -61,7 +61,7 @@ def test_those_of_both_firmwares_are_marked():
     assert v1 == {name for text, name, _again in LISTED if "[v1]" in text}
 
 
-@pytest.mark.parametrize("name", VARIANTS)
+@each("name", VARIANTS)
 def test_each_image_is_another_program(name):
     same = [other for other in ["vehicle", *VARIANTS] if other != name and code_of(other) == code_of(name)]
     assert same == []

@@ -13,6 +13,7 @@ from elftools.elf.elffile import ELFFile
 from targets.mcu.core import library, sources
 from targets.mcu.core.library import Row
 from targets.mcu.errors import EngineError
+from tests.each import each
 
 U32 = b"uint32_t"
 
@@ -69,7 +70,7 @@ def test_arrays_pointers_and_structs_in_structs():
     assert made["inner"].from_buffer_copy(outer, 32).kind == 7
 
 
-@pytest.mark.parametrize(
+@each(
     ("rows", "says"),
     [
         ([Row(b"a", b"", b"", 0, 8, 0), Row(b"a", b"x", U32, 4, 4, 0)], "a.x has 4 bytes at 4 in C, 4 at 0 in Python"),

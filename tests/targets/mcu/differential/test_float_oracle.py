@@ -10,6 +10,7 @@ import random
 
 import pytest
 
+from tests.each import each
 from tests.targets.mcu.differential import float_oracle, oracle
 from tests.targets.mcu.differential.exact import OPERATIONS, SINGLE, Unit
 from tests.targets.mcu.differential.float_oracle import Operands
@@ -50,7 +51,7 @@ def test_many_operands(operation):
     )
 
 
-@pytest.mark.parametrize(
+@each(
     ("mode", "one", "two", "result", "flags"),
     [
         (0, 0x3F80_0000, 0x3380_0000, 0x3F80_0000, 1 << 4),  # 1 + 2^-24: half-way, to the even one

@@ -10,6 +10,7 @@ from targets.mcu.cortexm.kinds import CORTEX_M3, CORTEX_M7
 from targets.mcu.engine.api import Reg
 from targets.mcu.engine.core_engine import CoreEngine
 from targets.mcu.engine.timing import make_timing
+from tests.each import each
 
 FLASH, RAM = 0x0800_0000, 0x2000_0000
 
@@ -29,7 +30,7 @@ def cycles_of(halves, *, wait_states=0):
     return engine.cycle
 
 
-@pytest.mark.parametrize(
+@each(
     ("halves", "cycles"),
     [
         ((0xBF00,), 1),

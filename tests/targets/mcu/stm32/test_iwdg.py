@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from targets.mcu.stm32.iwdg import Iwdg
 from targets.mcu.testing import FakeChip, peek, poke
+from tests.each import each
 
 # RM0008 table 96: prescaler bits, shortest timeout in ms (RL = 0), longest (RL = 0xFFF), at 40 kHz.
 TABLE_96 = [
@@ -50,7 +51,7 @@ def test_reset_values(iwdg):
     assert {name: peek(iwdg, name) for name in ("KR", "PR", "RLR", "SR")} == {"KR": 0, "PR": 0, "RLR": 0xFFF, "SR": 0}
 
 
-@pytest.mark.parametrize("row", TABLE_96)
+@each("row", TABLE_96)
 def test_timeouts_of_table_96(row):
     for reload, timeout_ms in ((0, row[1]), (0xFFF, row[2])):
         chip = FakeChip()

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from targets.mcu.services import Watch, Wave
 from targets.mcu.stm32.mco import Choice, ClockOutput
 from targets.mcu.testing import FakeChip
+from tests.each import each
 
 MHZ = 1_000_000
 LSE = Fraction(32_768)
@@ -90,7 +91,7 @@ def test_of_a_fast_clock_rate_and_duty_are_told():
     assert (bench.signal.wave, bench.signal.level) == (None, False)
 
 
-@pytest.mark.parametrize(("divider", "rate"), [(0, 0), (1, 300_000), (2, 150_000), (3, 100_000)])
+@each(("divider", "rate"), [(0, 0), (1, 300_000), (2, 150_000), (3, 100_000)])
 def test_prescaler_and_the_limit(divider, rate):
     bench = Bench()
     bench.follow(2 << 4 | divider, B=Fraction(300_000))

@@ -11,6 +11,7 @@ from targets.firmware import image_path
 from targets.mcu.image import limits_for, load_image
 from targets.mcu.machine import Machine
 from targets.mcu.testing import peek, poke
+from tests.each import each
 
 BLUE_PILL = built_in_board("bluepill")
 
@@ -24,7 +25,7 @@ def chip():
     return chip_on(BLUE_PILL)
 
 
-@pytest.mark.parametrize(
+@each(
     ("is_clock", "bypass", "ready", "noted"),
     [
         *((True, True, True, []), (True, False, True, ["assumed"])),

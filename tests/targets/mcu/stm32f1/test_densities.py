@@ -16,6 +16,7 @@ from targets.mcu.machine import Machine
 from targets.mcu.registers import Peripheral
 from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE
 from targets.mcu.testing import peek, poke
+from tests.each import each
 
 OF_ALL = {f"GPIO{port}" for port in "ABCD"} | {"TIM1", "TIM2", "TIM3", "USART1", "USART2", "SPI1", "I2C1", "USB", "CAN"}
 OF_ALL |= {"ADC1", "ADC2", "DMA1", "RTC", "BKP", "PWR", "WWDG", "IWDG", "EXTI", "AFIO", "CRC", "RCC", "FLASH", "DBGMCU"}
@@ -150,7 +151,7 @@ def test_backup_registers(high):
         assert (len(data), data[f"DR{last}"]) == (last, offset)
 
 
-@pytest.mark.parametrize(
+@each(
     ("chip", "shared"), [("STM32F103C8", True), ("STM32F103RE", True), ("STM32F103VB", False), ("STM32F103ZC", False)]
 )
 def test_oscillator_pins_are_shared_on_packages_of_up_to_64_pins(chip, shared):

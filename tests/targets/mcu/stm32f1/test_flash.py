@@ -15,6 +15,7 @@ from targets.mcu.stm32f1.clocks import ClockTree, Source, rates_of
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.options import FACTORY, decode
 from targets.mcu.testing import FakeChip, peek, poke
+from tests.each import each
 
 KEY1, KEY2 = 0x4567_0123, 0xCDEF_89AB
 PAGE_4 = 0x0800_1000
@@ -87,7 +88,7 @@ def test_prefetch_status_follows_its_enable(world):
     assert peek(world.flash, "ACR") == 0x32
 
 
-@pytest.mark.parametrize(("mul", "needed"), [(4, 0), (5, 1), (8, 1), (9, 2), (12, 2)])
+@each(("mul", "needed"), [(4, 0), (5, 1), (8, 1), (9, 2), (12, 2)])
 def test_too_few_wait_states_are_noted(mul, needed):
     for wait_states in range(3):
         world = build()

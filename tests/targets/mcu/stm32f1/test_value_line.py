@@ -14,6 +14,7 @@ from targets.mcu.image import limits_for, load_image
 from targets.mcu.machine import Machine
 from targets.mcu.testing import peek, poke
 from targets.mcu.variants import VARIANTS
+from tests.each import each
 
 IMAGE = load_image(image_path("selftest-crc"), limits_for("STM32F103C8"))
 CHIPS = [name for name in VARIANTS if name.startswith("STM32F100")]
@@ -58,7 +59,7 @@ def rig():
     return Rig()
 
 
-@pytest.mark.parametrize("name", CHIPS)
+@each("name", CHIPS)
 def test_memory_and_package(name):
     """DS5944, device summary; RM0041 section 2.3.3: pages of 1 KB."""
     variant, limits = VARIANTS[name], limits_for(name)

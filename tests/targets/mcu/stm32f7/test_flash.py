@@ -16,6 +16,7 @@ from targets.mcu.stm32f7.flash import Flash
 from targets.mcu.stm32f7.options import FACTORY_OPTCR, FACTORY_OPTCR1, Options, decode, encode
 from targets.mcu.stm32f7.sectors import sectors_of
 from targets.mcu.testing import FakeChip, peek, poke
+from tests.each import each
 
 BASE = 0x0800_0000
 KB = 1024
@@ -59,7 +60,7 @@ def word(world, offset):
 # --- sectors
 
 
-@pytest.mark.parametrize(
+@each(
     ("size_kb", "dual", "sizes"),
     [
         (2048, False, [*[32] * 4, 128, *[256] * 7]),

@@ -14,6 +14,7 @@ from targets.mcu.stm32h7.clock_limits import needed_wait_states
 from targets.mcu.stm32h7.clocks import ClockTree
 from targets.mcu.stm32h7.flash import Flash
 from targets.mcu.testing import FakeChip, peek, poke
+from tests.each import each
 
 BASE, BANK_2, MB = 0x0800_0000, 0x0810_0000, 1 << 20
 LOCK, PG, SER, BER, X64, FW, START = 1, 2, 4, 8, 3 << 4, 1 << 6, 1 << 7
@@ -233,7 +234,7 @@ def test_a_protected_sector_stays_as_it_is(world):
     assert peek(world.flash, "SR2") & WRPERR, "nor can the bank be erased"
 
 
-@pytest.mark.parametrize(
+@each(
     ("mhz", "scale", "wait_states"),
     [
         *((70, 0, 0), (71, 0, 1), (140, 0, 1), (210, 0, 2), (225, 0, 3), (240, 0, 4)),

@@ -15,6 +15,7 @@ from targets.mcu.stm32h7.clocks import KERNEL_CHOICES, ClockTree
 from targets.mcu.stm32h7.rcc import Rcc
 from targets.mcu.stm32h7.rcc_registers import CAUSES, RESET_FLAGS
 from targets.mcu.testing import FakeChip, peek, poke
+from tests.each import each
 
 US, MHZ = Fraction(1, 1_000_000), 1_000_000
 HSION, HSIRDY, HSIDIVF, CSION, CSIRDY, HSI48ON, HSI48RDY = 1, 1 << 2, 1 << 5, 1 << 7, 1 << 8, 1 << 12, 1 << 13
@@ -237,7 +238,7 @@ def test_a_reserved_source_is_not_taken_over(world):
     assert world.chip.noted("misuse") == ["RCC_CFGR.SW"]
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "register", "value", "rate"),
     [
         ("USART3", "D2CCIP2R", 3, 64 * MHZ),

@@ -13,6 +13,7 @@ from targets.parts.mpu9250.rates import rates_of
 from targets.parts.mpu9250.registers import REGISTERS
 from targets.parts.mpu9250.settings import Mpu9250Settings
 from targets.parts.track import Track
+from tests.each import each
 
 MS = 1_000_000
 G = 9.80665
@@ -230,7 +231,7 @@ def test_samples_do_not_depend_on_how_a_run_is_cut(make_imu, rest, step_ms, paus
 # --- filters
 
 
-@pytest.mark.parametrize(
+@each(
     ("config", "fchoice_b", "bandwidth_hz", "delay_ms", "rate_hz"),
     [
         (0, 0, 250, 0.97, 8000),
@@ -252,7 +253,7 @@ def test_the_gyroscopes_table(config, fchoice_b, bandwidth_hz, delay_ms, rate_hz
     assert 1e9 / rates.sample_ns == rate_hz
 
 
-@pytest.mark.parametrize(
+@each(
     ("config", "bandwidth_hz", "delay_ms", "rate_hz"),
     [
         (0, 460, 1.94, 1000),
@@ -273,7 +274,7 @@ def test_the_accelerometers_table(config, bandwidth_hz, delay_ms, rate_hz) -> No
     assert 1e9 / rates.accel_ns == rate_hz
 
 
-@pytest.mark.parametrize("config", range(8))
+@each("config", range(8))
 def test_a_ramp_comes_out_late_by_the_delay_of_the_table(config) -> None:
     rates = rates_of({**RESET, 0x1A: config}, gyro_on=True, low_power=False)
     track = Track((0.0,))
@@ -282,7 +283,7 @@ def test_a_ramp_comes_out_late_by_the_delay_of_the_table(config) -> None:
     assert 1 - track.at(1_000 * MS)[0] == pytest.approx(rates.gyro.delay_s, abs=1e-6)
 
 
-@pytest.mark.parametrize("config", range(8))
+@each("config", range(8))
 def test_a_sine_at_the_bandwidth_loses_3_db(config) -> None:
     rates = rates_of({**RESET, 0x1A: config}, gyro_on=True, low_power=False)
     hertz = rates.gyro.bandwidth_hz

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from targets.parts.neo6m.geodesy import Geodetic, Tangent, ecef_of, geodetic_of
 from targets.parts.neo6m.gps_time import gps_of_utc, time_of_week_ms, utc_of_gps, week_of
 from targets.parts.neo6m.sky import NONE, SATELLITES, Satellite, dops_of, received
+from tests.each import each
 
 A, F = 6378137.0, 1 / 298.257223563
 E2 = F * (2 - F)
@@ -21,7 +22,7 @@ def _place(latitude, longitude, height) -> Geodetic:
     return Geodetic(latitude_deg=latitude, longitude_deg=longitude, height_m=height)
 
 
-@pytest.mark.parametrize(
+@each(
     ("place", "ecef"),
     [
         ((0, 0, 0), (6378137.0, 0, 0)),
@@ -43,7 +44,7 @@ def test_there_and_back(latitude, longitude, height) -> None:
     assert around * math.cos(math.radians(latitude)) == pytest.approx(0, abs=1e-11)
 
 
-@pytest.mark.parametrize("latitude", [-34.6175, 0.0, 47.3, 70.0])
+@each("latitude", [-34.6175, 0.0, 47.3, 70.0])
 def test_a_hundred_metres_along_the_radii_of_curvature(latitude) -> None:
     """Near the origin a metre is an arc of the meridian's radius to the north and of the normal's to the east."""
     tangent = Tangent(_place(latitude, -58.3683, 36))
@@ -93,9 +94,7 @@ def test_week_and_time_of_week() -> None:
     assert utc_of_gps(gps_ns, 18).nano == 250_000_000
 
 
-@pytest.mark.parametrize(
-    "wrong", ["", "yesterday", "2021-02-29T00:00:00", "2021-01-01T24:00:00", "1979-01-01T00:00:00"]
-)
+@each("wrong", ["", "yesterday", "2021-02-29T00:00:00", "2021-01-01T24:00:00", "1979-01-01T00:00:00"])
 def test_what_is_no_moment(wrong) -> None:
     with pytest.raises(ValueError, match=r"2021-09-10T12:00:00|no moment"):
         gps_of_utc(wrong, 18)

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.parts.neo6m.ubx import Dropped, Inlet, Line, UbxMessage, fletcher, frame
+from tests.each import each
 
 ACK, NAK = 1, 0
 FRAMES = [
@@ -48,7 +49,7 @@ def _answer(gps, group, number, payload, cut) -> int:
 # --- frames
 
 
-@pytest.mark.parametrize(("group", "number", "payload", "whole"), FRAMES)
+@each(("group", "number", "payload", "whole"), FRAMES)
 def test_vectors(group, number, payload, whole) -> None:
     message = UbxMessage(group=group, number=number, payload=_hex(payload))
     assert frame(message) == _hex(whole)

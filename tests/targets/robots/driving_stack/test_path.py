@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.robots.driving_stack import Path, PathError
+from tests.each import each
 
 CORNER = Path([(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)])
 
@@ -84,7 +85,7 @@ def test_repeated_points_do_no_harm():
     assert path.place(5.0, 1.0).s_m == 5.0
 
 
-@pytest.mark.parametrize(
+@each(
     ("points", "closed"),
     [([], False), ([(0.0, 0.0)], False), ([(1.0, 1.0)] * 5, False), ([(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)], True)],
 )

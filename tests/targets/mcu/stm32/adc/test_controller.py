@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from targets.mcu.stm32f7.adc_inputs import CHANNELS, INJECTED_TRIGGERS, REGULAR_TRIGGERS
+from tests.each import each
 
 VBATE, TSVREFE = 1 << 22, 1 << 23
 DIV4 = 1 << 16
@@ -125,7 +126,7 @@ class TestInside:
 class TestInputs:
     """DS11532, pin definitions: functions ADC123_INx, ADC12_INx and ADC3_INx."""
 
-    @pytest.mark.parametrize(
+    @each(
         ("unit", "channel", "pin"),
         [
             ("ADC1", 0, "PA0"),

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.mcu.stm32f7.dma_map import DMA1, DMA2
+from tests.each import each
 
 RAM, PORT = 0x2000_0000, 0x4001_0000
 EN, DMEIE, TEIE, HTIE, TCIE, PFCTRL = (1 << bit for bit in range(6))
@@ -161,7 +162,7 @@ class TestRequests:
 class TestMap:
     """RM0410 tables 27 and 28, and what rests on them: drivers that are known to work."""
 
-    @pytest.mark.parametrize(
+    @each(
         ("table", "stream", "channel", "name"),
         [
             (DMA1, 1, 4, "USART3_RX"),

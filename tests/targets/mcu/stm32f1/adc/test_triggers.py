@@ -6,6 +6,7 @@ import pytest
 
 from targets.mcu.stm32.exti import STM32F1, Exti
 from targets.mcu.testing import FakeChip, poke
+from tests.each import each
 
 # By EXTSEL and JEXTSEL; what stands behind the stroke comes in its place where AFIO says so.
 REGULAR = {
@@ -59,9 +60,7 @@ def test_a_trigger_that_is_not_enabled_starts_nothing(rig):
     assert rig.flags() == set()
 
 
-@pytest.mark.parametrize(
-    ("rtsr", "ftsr", "pulses"), [(0, 0, 0), (1 << 11, 0, 1), (0, 1 << 11, 1), (1 << 11 | 1 << 15, 1 << 11, 2)]
-)
+@each(("rtsr", "ftsr", "pulses"), [(0, 0, 0), (1 << 11, 0, 1), (0, 1 << 11, 1), (1 << 11 | 1 << 15, 1 << 11, 2)])
 def test_lines_of_exti_trigger_at_their_edges_whatever_is_masked(rtsr, ftsr, pulses):
     chip = FakeChip()
     exti = chip.add(Exti("EXTI", 0x4001_0400, chip.services, STM32F1))
