@@ -20,21 +20,32 @@
 #include <stdlib.h>
 #include <string.h>
 
-#if !defined(__SIZEOF_INT128__)
-#error "128-bit integers are needed"
-#endif
-
 static uint64_t now(const struct hil_usart *usart) { return hil_time_of(usart->queue)->now; }
 
 static uint64_t later(uint64_t a, uint64_t b) { return a > b ? a : b; }
 
-/* The first cycle at or after so many sixteenths of a bit from a cycle on. */
+/* cycles * sixteenths / whole, rounded up, where the product does not fit: a bit of the factor at a time. `whole` is less
+ * than 2^63. There is no wider division: compilers have it in a library that need not be there. */
+static uint64_t divided(uint64_t cycles, uint32_t sixteenths, uint64_t whole) {
+  uint64_t quotient = 0, rest = 0;
+  for (uint32_t bit = 1u << 31; bit; bit >>= 1) {
+    quotient = 2 * quotient + (2 * rest >= whole);
+    rest = 2 * rest - (2 * rest >= whole ? whole : 0);
+    if (!(sixteenths & bit))
+      continue;
+    rest += cycles % whole;
+    quotient += cycles / whole + (rest >= whole);
+    rest -= rest >= whole ? whole : 0;
+  }
+  return quotient + (rest != 0);
+}
+
+/* The first cycle at or after so many sixteenths of a bit from a cycle on; there are fewer than 2^16. */
 static uint64_t after(const struct hil_line *line, uint64_t from, uint32_t sixteenths) {
-  __extension__ typedef unsigned __int128 wide;
   uint64_t whole = 16 * line->bit_parts;
-  if (!(line->bit_cycles >> 48))
-    return from + (line->bit_cycles * sixteenths + whole - 1) / whole;
-  return from + (uint64_t)(((wide)line->bit_cycles * sixteenths + whole - 1) / whole);
+  if (line->bit_cycles >> 48)
+    return from + divided(line->bit_cycles, sixteenths, whole);
+  return from + (line->bit_cycles * sixteenths + whole - 1) / whole;
 }
 
 static uint32_t frame_sixteenths(const struct hil_line *line) {
