@@ -16,6 +16,7 @@ from hilbench.journal import Journal
 from hilbench.judging.uncertainty import OfTimes
 from hilbench.pace.far_life import FarBench, FarLife
 from hilbench.pace.lateness import IN_TIME, Lateness
+from hilbench.pace.pty_probe import PtyProbe
 
 if TYPE_CHECKING:
     from hilbench.links.port import Port
@@ -53,6 +54,7 @@ class Bench:
         port_floor_s: what the uncertainty of a time is at least, in seconds: more than 0 where a port is not known.
         route: what a port of the checker stands behind; see `near_end`.
         far: benches of ours behind the ports, which tell how they keep up.
+        way: measures how late the host hands on what passes pseudo-terminals; None where there are none.
     """
 
     def __init__(self, scheduler: Scheduler, journal: Journal, *, timeout_scale: float = 1.0) -> None:
@@ -63,6 +65,7 @@ class Bench:
         self.port_floor_s = LOCKED_FLOOR_S
         self.route: Callable[[Port], Port] | None = None
         self.far: list[FarBench] = []
+        self.way: PtyProbe | None = None
         self._far_life = FarLife(scheduler, self.far)
 
     def near_end(self, port: Port) -> Port:
@@ -111,6 +114,14 @@ class Bench:
         begin_ns -= self.own_lateness(since_ns).late_ns  # what is stamped now may have come before
         return max((far.lateness(begin_ns, now_ns) for far in self.far), key=lambda one: one.whole_ns)
 
+    def way_lateness(self, since_ns: int) -> Lateness:
+        """Return how late the host handed on what passed a pseudo-terminal since bench time ``since_ns``."""
+        return IN_TIME if self.way is None else self.way.lateness(self.scheduler.host_ns(since_ns)[0])
+
+    def lateness(self, since_ns: int) -> Lateness:
+        """Return how late this bench, those behind its ports and the way there were since bench time ``since_ns``."""
+        return self.own_lateness(since_ns) + self.far_lateness(since_ns) + self.way_lateness(since_ns)
+
     def far_lived(self, since_ns: int) -> bool:
         """Say whether as much time passed for the far benches in each wait since ``since_ns`` as was waited."""
         return self._far_life.starved_ns <= since_ns
@@ -119,18 +130,18 @@ class Bench:
         """Return how far off a time measured since ``since_ns`` may be, in seconds.
 
         Zero on a free-running bench. On a locked one it is the sum of two things. First the worst lateness of the host
-        in that span, for this bench and for a far one of ours, and what its ports add; but at least `port_floor_s`, or
-        as late as the host was shortly before: what the bench itself cannot see. Then every moment that slipped, for
-        while bench time stood still what is real went on.
+        in that span, for this bench, for a far one of ours and on the way there, and what its ports add; but at least
+        `port_floor_s`, or as late as the host was shortly before: what the bench itself cannot see. Then every moment
+        that slipped, for while bench time stood still what is real went on.
         """
         if not self.scheduler.locked:
             return OfTimes(0)
-        late = self.own_lateness(since_ns) + self.far_lateness(since_ns)
+        late = self.lateness(since_ns)
         floor_s = self.port_floor_s or min(LOCKED_FLOOR_S, self._seen_s(max(0, since_ns - _LATELY_NS)))
         return OfTimes(max(floor_s, self._seen_s(since_ns)) + late.lost_ns / NS_PER_S)
 
     def _seen_s(self, since_ns: int) -> float:
-        late = self.own_lateness(since_ns) + self.far_lateness(since_ns)
+        late = self.lateness(since_ns)
         return late.late_ns / NS_PER_S + self.port_uncertainty_s
 
     def record(self, kind: str, source: str, **fields: object) -> None:

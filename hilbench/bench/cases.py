@@ -67,7 +67,11 @@ class CaseBase(ABC):
     def doubt(self) -> Doubt:
         """Return how late this bench and a served one were in the case, until now."""
         since_ns = self._began_ns
-        late = {"this bench": self.bench.own_lateness(since_ns), "the served bench": self.bench.far_lateness(since_ns)}
+        late = {
+            "this bench": self.bench.own_lateness(since_ns),
+            "the served bench": self.bench.far_lateness(since_ns),
+            "this host's handing on of bytes": self.bench.way_lateness(since_ns),
+        }
         most_ns = max(one.whole_ns for one in late.values())
         # What is small beside the other is no cause.
         cause = " and ".join(f"{name} {one}" for name, one in late.items() if 4 * one.whole_ns >= most_ns)

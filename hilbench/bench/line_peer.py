@@ -230,7 +230,7 @@ class LinePeer(ABC, Generic[MessageT]):
         Raises:
             Inconclusive: they were later.
         """
-        late_s = (self.bench.own_lateness(since_ns) + self.bench.far_lateness(since_ns)).whole_ns / NS_PER_S
+        late_s = self.bench.lateness(since_ns).whole_ns / NS_PER_S
         if late_s > within_s:
             raise Inconclusive(f"the bench was up to {late_s * 1000:.1f} ms late: {otherwise}")
 

@@ -42,7 +42,8 @@ from hilbench.links import (
 from hilbench.links.faults import FaultyPort
 from hilbench.links.reconnecting import POLL_NS
 from hilbench.links.serial_target import located
-from hilbench.pace.far_pace import FarPace, ends_of, place_of
+from hilbench.pace.far_pace import FarPace, ends_of, is_pseudo_terminal, place_of
+from hilbench.pace.pty_probe import PtyProbe
 from hilbench.ports.calibration import Calibration, calibration_of
 from hilbench.ports.listing import list_ports
 
@@ -113,7 +114,10 @@ class LockedProvider:
         self._known.add(where)
         if place_of(where) is not None:
             self._bench.far.append(FarPace(where))
-        for end in ends_of(where):
+        ends = ends_of(where)
+        if self._bench.way is None and any(is_pseudo_terminal(one) for one in (where, *ends)):
+            self._bench.way = PtyProbe(self._scheduler, self._host)
+        for end in ends:
             calibration = calibration_of(end, list_ports())
             if calibration is not None:
                 self._calibrations[calibration.key] = calibration
@@ -142,6 +146,8 @@ class LockedProvider:
 
     def close(self) -> None:
         """Give the clock and the journal back."""
+        if self._bench.way is not None:
+            self._bench.way.close()
         if self._locked:
             self._scheduler.unlock()
         self._host.close()

@@ -20,7 +20,7 @@ from hilbench.clock import NS_PER_S
 from hilbench.pace.lateness import IN_TIME, Lateness
 from hilbench.pace.notice import PaceReader, notices
 
-__all__ = ["FarPace", "ends_of", "place_of"]
+__all__ = ["FarPace", "ends_of", "is_pseudo_terminal", "place_of"]
 
 _PSEUDO = range(136, 144)
 """Major numbers of the slaves of pseudo-terminals (Linux, Documentation/admin-guide/devices.txt)."""
@@ -40,6 +40,11 @@ def place_of(where: str) -> str | None:
         return tcp_place(parts.port or 0) if local else None
     except ValueError:  # no number, or no address
         return None
+
+
+def is_pseudo_terminal(where: str) -> bool:
+    """Say whether a port, by its path or URL, is a pseudo-terminal of this host."""
+    return (place_of(where) or "").startswith("pty ")
 
 
 def tcp_place(port: int) -> str:

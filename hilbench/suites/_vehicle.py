@@ -232,7 +232,7 @@ class Vehicle:
         Raises:
             Untimely: so it was.
         """
-        late_s = (self.bench.own_lateness(since_ns) + self.bench.far_lateness(since_ns)).whole_ns / NS_PER_S
+        late_s = self.bench.lateness(since_ns).whole_ns / NS_PER_S
         if late_s > STATUS_MISS_S and not isinstance(error, Untimely):
             evidence = error.evidence if isinstance(error, Violation) else ()
             raise Untimely(str(error).partition("\n")[0], evidence, spare_s=STATUS_MISS_S) from error

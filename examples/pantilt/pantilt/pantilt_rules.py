@@ -43,9 +43,11 @@ class Hands:
     def wait(self, seconds):
         """Let time pass, and feed both watchdogs."""
         for _ in range(math.ceil(seconds / 0.1)):
+            begun_ns = self.peer.bench.now_ns
             self.peer.run(0.1)
             for servo in IDS.values():
                 self.status(Read(servo))
+            self.peer.require_punctual(begun_ns, 0.8, "a watchdog may have let go")
 
 
 def true(world, joint):
@@ -118,9 +120,11 @@ def test_servos_do_not_answer_or_move_for_each_other(hands, world):
 @case("PT7", bench_time_s=2.5)
 def test_the_watchdog_lets_go(hands, joint):
     for wait_s, tripped in ((0.95, False), (1.05, True)):
+        begun_ns = hands.peer.bench.now_ns
         hands.status(Torque(IDS[joint], True))
         hands.peer.run(wait_s)
         answer = hands.status(Read(IDS[joint]))
+        hands.peer.require_punctual(begun_ns, 0.05, "how long nothing was said is not known so well")
         assert (answer.tripped, answer.torque) == (tripped, not tripped)
 
 

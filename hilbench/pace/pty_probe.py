@@ -1,0 +1,86 @@
+"""How late this host's kernel hands on what is written into a pseudo-terminal.
+
+It does so in a worker of its own (Linux, drivers/tty/tty_buffer.c: `flush_to_ldisc`, on a queue of work), which waits
+for a processor like everyone else: on a busy host tens of milliseconds, while the programs at both ends are in time and
+notice nothing. So a byte is sent through a pair of our own, again and again: its work stands in the same queue. A
+worker that has something to do every few milliseconds is also late less often.
+"""
+
+from __future__ import annotations
+
+import os
+import pty
+import select
+import tty
+
+from hilbench.clock import NS_PER_MS, Entry, EventClass, HostClock, LatenessMeter, Scheduler
+from hilbench.pace.lateness import IN_TIME, Lateness
+
+__all__ = ["PtyProbe"]
+
+_EVERY_NS = 5 * NS_PER_MS
+"""How often a byte is sent, and looked for (choice: as often as a bench measures how late it is itself)."""
+_WAYS = 2
+"""A question is handed on, and its answer."""
+
+
+class PtyProbe:
+    """See the module. While it takes less than `_EVERY_NS`, nothing is counted: `LOCAL_PORT_S` has what is usual.
+
+    Args:
+        scheduler: which runs in real time.
+        host: the clock it follows.
+    """
+
+    def __init__(self, scheduler: Scheduler, host: HostClock) -> None:
+        self._scheduler = scheduler
+        self._host = host
+        self._late = LatenessMeter()
+        self._reads, self._writes = pty.openpty()
+        tty.setraw(self._writes)
+        os.set_blocking(self._reads, False)
+        self._sent_ns: int | None = None
+        self._missed_ns = 0
+        scheduler.add_source(self)
+        self._next = self._beat_later()
+
+    def fileno(self) -> int:
+        """Return the descriptor that the byte comes out of."""
+        return self._reads
+
+    def on_readable(self, at_ns: int) -> None:
+        """Take the byte. What counts is when it was not there yet: how late this bench reads is counted elsewhere."""
+        del at_ns
+        os.read(self._reads, 1)
+        if self._sent_ns is not None and self._missed_ns:
+            self._late.record(self._missed_ns + _EVERY_NS, self._sent_ns + self._missed_ns)
+        self._sent_ns = None
+
+    def lateness(self, since_ns: int) -> Lateness:
+        """Return how late a question and its answer may have been handed on since a moment of the host, in ns."""
+        late_ns = self._late.max_since_ns(since_ns)
+        if self._sent_ns is not None and self._missed_ns:
+            late_ns = max(late_ns, self._missed_ns + _EVERY_NS)
+        return Lateness(late_ns=_WAYS * late_ns) if late_ns else IN_TIME
+
+    def close(self) -> None:
+        """Give the pair back."""
+        self._scheduler.cancel(self._next)
+        self._scheduler.remove_source(self)
+        os.close(self._writes)
+        os.close(self._reads)
+
+    def _beat(self) -> None:
+        now_ns = self._host.monotonic_ns()
+        if self._sent_ns is None:
+            self._sent_ns, self._missed_ns = now_ns, 0
+            os.write(self._writes, b"\0")
+        elif not self._is_there():
+            self._missed_ns = now_ns - self._sent_ns
+        self._next = self._beat_later()
+
+    def _beat_later(self) -> Entry:
+        return self._scheduler.after(_EVERY_NS, self._beat, order=EventClass.CHECK, source="~pty-probe")
+
+    def _is_there(self) -> bool:
+        return bool(select.select([self._reads], [], [], 0)[0])
