@@ -55,6 +55,7 @@ class Bench:
         route: what a port of the checker stands behind; see `near_end`.
         far: benches of ours behind the ports, which tell how they keep up.
         way: measures how late the host hands on what passes pseudo-terminals; None where there are none.
+        on_settled: called whenever a device of the bench has been called; None while nobody looks at devices.
     """
 
     def __init__(self, scheduler: Scheduler, journal: Journal, *, timeout_scale: float = 1.0) -> None:
@@ -66,6 +67,7 @@ class Bench:
         self.route: Callable[[Port], Port] | None = None
         self.far: list[FarBench] = []
         self.way: PtyProbe | None = None
+        self.on_settled: Callable[[], None] | None = None
         self._far_life = FarLife(scheduler, self.far)
 
     def near_end(self, port: Port) -> Port:

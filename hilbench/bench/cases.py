@@ -9,12 +9,14 @@ from typing import Any
 
 from hilbench.bench import Bench
 from hilbench.bench.line_faults import LineFaults
+from hilbench.bench.margins import Margins
 from hilbench.bench.state_reporter import Observed, Senses
 from hilbench.bench.watch import Watch
 from hilbench.clock import NS_PER_S
 from hilbench.journal import Journal
 from hilbench.judging.doubt import Doubt
 from hilbench.judging.provider import CaseInfo, CaseView
+from hilbench.judging.verdicts import Verdict
 from hilbench.links import Port
 
 
@@ -31,7 +33,7 @@ class CaseBase(ABC):
     """
 
     _senses: Senses = MappingProxyType({})
-    """What the ends of timers mean, for a view."""
+    """What the ends of timers mean, for a view and for margins."""
 
     def __init__(self, bench: Bench, case: CaseInfo, faults: LineFaults | None = None) -> None:
         self.bench = bench
@@ -39,6 +41,7 @@ class CaseBase(ABC):
         self._faults = faults
         self._hash = ""
         self._watch: Watch | None = None
+        self._margins: Margins | None = None
         self._began_ns = bench.now_ns
         self.on_lacks: Callable[[], str] = str
         bench.journal.begin_case(case.id, bench.now_ns)
@@ -58,6 +61,10 @@ class CaseBase(ABC):
         if self.bench.scheduler.locked:
             self.bench.record("host-lateness", "checker", uncertainty_s=float(self.uncertainty_s()))
         self.bench.record("verdict", "checker", verdict=verdict, cause=cause)
+        if self._margins is not None:
+            self._margins.end()
+            if verdict not in {Verdict.PASS.value, Verdict.NOT_APPLICABLE.value}:
+                self._margins.record()
         self._hash = self.bench.journal.end_case(self.bench.now_ns)
 
     def uncertainty_s(self) -> float:
@@ -93,6 +100,10 @@ class CaseBase(ABC):
     @abstractmethod
     def _packets(self) -> Sequence[str]:
         """Return the latest packets, as lines."""
+
+    def keep_margins(self) -> None:
+        """Keep from now on how much time timers have left; it goes into the journal with a verdict that is no pass."""
+        self._margins = Margins(self.bench, self._machines_seen, self._senses)
 
     def watch(self) -> None:
         """Keep from now on what a view of the case needs."""

@@ -162,6 +162,8 @@ class _Actor(ABC):
             self._on_event(event)
         self._after()
         self._book()
+        if self._bench.on_settled is not None:
+            self._bench.on_settled()
 
     @abstractmethod
     def _advance(self) -> None:

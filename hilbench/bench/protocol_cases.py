@@ -13,7 +13,7 @@ from hilbench.bench.line_faults import LineFaults
 from hilbench.bench.line_peer import LinePeer
 from hilbench.bench.placed_device import DEVICE, PlacedDevice
 from hilbench.bench.protocol_peer import peer_of
-from hilbench.bench.state_reporter import Observed
+from hilbench.bench.state_reporter import Observed, Sense
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.judging.provider import CaseInfo
 from hilbench.judging.verdicts import NotApplicable
@@ -108,6 +108,7 @@ class DeviceCase(PeerCase):
         line = Line(baud=device_baud(bench_file, protocol))
         link = MemoryLink(bench.scheduler, line, name="host", faults=faults.plan if faults is not None else None)
         super().__init__(bench, case, peer_of(bench, link.a, protocol), protocol, faults)
+        self._senses = {DEVICE: dict.fromkeys(made.resting, Sense.REST)}
         self._placed = PlacedDevice(bench, bench_file, made, link.b, scene=case.scene or None, seed=case.seed)
         if self._placed.world is not None:
             self.world = self._placed.world

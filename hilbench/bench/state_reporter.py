@@ -29,6 +29,7 @@ __all__ = [
     "Watched",
     "describe_line",
     "describe_machine",
+    "left_ns",
 ]
 
 REPORT_EVERY_NS = 100 * NS_PER_MS
@@ -86,6 +87,24 @@ Senses = Mapping[str, Mapping[str, Sense]]
 _NO_SENSES: Mapping[str, Sense] = MappingProxyType({})
 
 
+def left_ns(deadline_ns: int | None, next_ns: int | None, now_ns: int, sense: Sense) -> int | None:
+    """Return how much time was left of a timer when it was set anew, or when what it waited for came.
+
+    Args:
+        deadline_ns: when it would have run out; None if it did not run.
+        next_ns: when it will run out now; None if it runs no longer.
+        now_ns: bench time.
+        sense: what its end means.
+
+    Returns:
+        The time in ns, 0 if it ran out; None if it had no margin, as one that was ended.
+    """
+    if deadline_ns is None or sense is Sense.REST:
+        return None
+    left = max(0, deadline_ns - now_ns)
+    return left if next_ns is not None or not left or sense is Sense.WAIT else None
+
+
 @dataclass(slots=True)
 class _Timer:
     """A timer, as seen so far.
@@ -108,11 +127,10 @@ class _Timer:
         """Take its deadline; say whether it is another one."""
         if deadline_ns == self.deadline_ns:
             return False
-        if self.deadline_ns is not None and sense is not Sense.REST:
-            left_ns = max(0, self.deadline_ns - now_ns)
-            if deadline_ns is not None or not left_ns or sense is Sense.WAIT:
-                self.margin_ns = left_ns
-                self.worst_ns = left_ns if self.worst_ns is None else min(self.worst_ns, left_ns)
+        left = left_ns(self.deadline_ns, deadline_ns, now_ns, sense)
+        if left is not None:
+            self.margin_ns = left
+            self.worst_ns = left if self.worst_ns is None else min(self.worst_ns, left)
         self.deadline_ns = deadline_ns
         if deadline_ns is not None:
             self.span_ns = deadline_ns - now_ns

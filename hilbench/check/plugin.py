@@ -34,6 +34,7 @@ from hilbench.judging.provider import (
     Doubtful,
     Lacking,
     Preparing,
+    Timed,
     Viewable,
 )
 from hilbench.judging.recorder import Recorded, recording, uncertain
@@ -51,9 +52,10 @@ ResultCallback = Callable[[CaseResult, int, int], None]
 class _CaseRun:
     """What is known of the case that is running."""
 
-    def __init__(self, planned: PlannedCase, screens: Screens | None = None) -> None:
+    def __init__(self, planned: PlannedCase, screens: Screens | None = None, *, margins: bool = False) -> None:
         self.planned = planned
         self.screens = screens
+        self.margins = margins
         self.ended: Outcome = PASSED
         self.outcome: Outcome = PASSED
         self.recorded = Recorded()
@@ -70,6 +72,8 @@ class _CaseRun:
         self.began_ns = bench.now_ns
         if self.screens is not None and isinstance(bench, Viewable):
             bench.watch()
+        if self.margins and isinstance(bench, Timed):
+            bench.keep_margins()
 
     def uncertainty_s(self) -> float:
         """Return how far off times of the case may be, in seconds."""
@@ -165,6 +169,7 @@ class CheckPlugin:
         on_case: called before each case with the case, its number from 1, and how many there are.
         on_result: called after each case that ran to its end, with its result in the place of the case.
         screens: draws what was to be seen when a case failed; None for no pictures.
+        margins: whether the journal gets how much time timers had left in a case that does not pass.
     """
 
     def __init__(
@@ -179,6 +184,7 @@ class CheckPlugin:
         on_case: ProgressCallback | None = None,
         on_result: ResultCallback | None = None,
         screens: Screens | None = None,
+        margins: bool = False,
     ) -> None:
         self.collector = collector
         self.refusal: HilbenchError | None = None
@@ -191,6 +197,7 @@ class CheckPlugin:
         self._on_case = on_case
         self._on_result = on_result
         self._screens = screens
+        self._margins = margins
         self._started = 0
         self._to_run = 0
 
@@ -344,7 +351,7 @@ class CheckPlugin:
         self._started += 1
         if self._on_case is not None:
             self._on_case(planned, self._started, self._to_run)
-        run = item.stash[_RUN] = _CaseRun(planned, self._screens)
+        run = item.stash[_RUN] = _CaseRun(planned, self._screens, margins=self._margins)
         with recording() as run.recorded, uncertain(run.uncertainty_s):
             handled = yield
         del item.stash[_RUN]  # or every bench of the run, megabytes each, would be kept to its end

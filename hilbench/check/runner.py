@@ -297,6 +297,7 @@ def run_cases(
         on_case=on_case,
         on_result=on_result,
         screens=screens,
+        margins=options.html is not None,
     )
     printed = run_pytest(files, plugin, collect_only=collect_only, more=more) if files else ""
     _raise_refusals(plugin)

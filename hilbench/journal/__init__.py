@@ -6,9 +6,9 @@ is there can be read.
 
 A case's hash is made of the events between `begin_case` and `end_case`. What belongs to the host and not to the bench
 stays out of it by name: kinds and fields that begin with `host` (host_path, host_pid, host_lateness_ns, host_time), the
-fields `cause` and `text`, which are prose, and the kind `scene`, for those who draw: what stands there and matters,
-the other events show. Floats enter it in millionths: a micrometre, a microradian. Equality of
-hashes is promised for one platform and one set of dependencies.
+fields `cause` and `text`, which are prose, and the kinds `scene` and `margins`, for those who draw: what stands there
+and matters, and what timers do, the other events show. Floats enter it in millionths: a micrometre, a microradian.
+Equality of hashes is promised for one platform and one set of dependencies.
 """
 
 from __future__ import annotations
@@ -39,6 +39,8 @@ PROSE_FIELDS = frozenset({"cause", "text"})
 """Fields that are for people, and no part of what is the same in two equal runs."""
 SCENE = "scene"
 """The kind of what stands around a vehicle; each part of a journal says it anew."""
+MARGINS = "margins"
+"""The kind of how much time timers had left; see `hilbench.bench.margins`."""
 _MILLIONTHS = 1_000_000
 
 _encoder = msgspec.json.Encoder()
@@ -65,7 +67,7 @@ def radians(angle_rad: float) -> int:
 
 def is_hashed(kind: str) -> bool:
     """Return whether events of this kind are part of what is the same in two equal runs."""
-    return kind != SCENE and not kind.startswith("host")
+    return kind not in {SCENE, MARGINS} and not kind.startswith("host")
 
 
 def run_hash(case_hashes: Mapping[str, str]) -> str:

@@ -194,6 +194,17 @@ class Lacking(Protocol):
         """
 
 
+@runtime_checkable
+class Timed(Protocol):
+    """What the bench of a case may have besides: timers that can be looked at, such as watchdogs."""
+
+    def keep_margins(self) -> None:
+        """Keep from now on how much time is left of each when it is set anew; called once, before the case begins.
+
+        `CaseBench.finish` takes it into the journal, outside of the hash, where the verdict is no pass.
+        """
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CaseView:
     """What there is to be seen of a case at one moment, for those who draw it.

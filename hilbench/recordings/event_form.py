@@ -73,6 +73,13 @@ def _share(value: object) -> str:
     return "" if isinstance(value, float | int) and 0 <= value <= 1 else "no part of 1"
 
 
+def _points(value: object) -> str:
+    if not isinstance(value, list):
+        return "no list"
+    times = all(isinstance(point, list) and len(point) == 3 and not any(map(_time, point)) for point in value)
+    return "" if times else "no list of three times each"
+
+
 _ALL: tuple[Rule, ...] = (("kind", _text), ("ns", _time), ("source", _text))
 _MAY_HAVE: dict[str, tuple[Rule, ...]] = {
     **dict.fromkeys(BYTE_KINDS, (("data", _hex), ("from_ns", _time))),
@@ -84,4 +91,5 @@ _NEEDED: dict[str, tuple[Rule, ...]] = {
     "frames": (("pin", _text),),
     "pwm": (("edges", _whole), ("in_ns", _whole)),
     "case": (("case", _text),),
+    "margins": (("timer", _text), ("points", _points)),
 }

@@ -39,6 +39,7 @@ _OF_KIND: Mapping[str, Mapping[str, Any]] = {
     "case": {"case": _TEXT},
     "case-end": {"case": _TEXT, "hash": _TEXT},
     "reset": {"reason": _TEXT},
+    "margins": {"timer": _TEXT, "points": {"type": "array", "items": {"type": "array", "items": _WHOLE}}},
 }
 
 

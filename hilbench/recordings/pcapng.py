@@ -25,7 +25,7 @@ from hilbench.recordings.layout import Event, data_of, json_bytes, laid_out, wit
 __all__ = ["LEFT_OUT", "MAGIC", "read_pcapng", "write_pcapng"]
 
 MAGIC = b"\x0a\x0d\x0d\x0a"
-LEFT_OUT = frozenset({"pin", "pwm", "frames", "pose", "scene"})
+LEFT_OUT = frozenset({"pin", "pwm", "frames", "pose", "scene", "margins"})
 
 LINKTYPE_RTAC_SERIAL = 250
 LINKTYPE_USER = range(147, 163)

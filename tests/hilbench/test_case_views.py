@@ -49,7 +49,7 @@ KINDS = {
     "robot": ("pioneer-plane", ("server",), drive, {"robot"}, {"host"}, ("checker", "p2os")),
     "client": ("pioneer-plane", ("client",), call, {"client"}, {"host"}, ("server", "p2os")),
     "rover": ("rover-model", ("PKT!", "server"), ask, {"rover"}, {"host"}, ("checker", "pkt")),
-    "rover's host": ("rover-model", ("PKT!", "client"), wait, set(), {"host"}, ("rover", "pkt")),
+    "rover's host": ("rover-model", ("PKT!", "client"), wait, {"station"}, {"host"}, ("rover", "pkt")),
     "vehicle": (
         "vehicle-model",
         ("CARLA", "board"),

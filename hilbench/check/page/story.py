@@ -7,12 +7,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import escape
 
+from hilbench.check.page.margins import margins_of
 from hilbench.check.page.speed import speeds_of
 from hilbench.check.page.states import Machine, machines_of
 from hilbench.clock import NS_PER_S
 from hilbench.errors import HilbenchError
 from hilbench.files.names import printable
-from hilbench.journal import Recording
+from hilbench.journal import MARGINS, Recording
 from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.recordings.above import map_of
 from hilbench.recordings.frames import framed
@@ -30,7 +31,7 @@ MOST_CHARACTERS = 200
 LONGEST_NS = 2 * NS_PER_S
 MAP_PX = (560, 420)
 PIN_PX, PLOT_PX, NAME_PX = 22, 640, 90
-_NO_LINES = {"tx", "rx", "dropped", "pin", "pwm", "pose", "scene", "case", "case-end", "frames"}
+_NO_LINES = {"tx", "rx", "dropped", "pin", "pwm", "pose", "scene", "case", "case-end", "frames", MARGINS}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,6 +74,7 @@ class Story:
         map: the world from above as SVG; empty if there is none.
         machines: the state machines that changed.
         speeds: of the vehicle over the case, as SVG; empty if none moved.
+        margins: how much time timers had left over the case, as SVG; empty if none was set anew or ran out.
     """
 
     case: str
@@ -82,6 +84,7 @@ class Story:
     map: str
     machines: tuple[Machine, ...]
     speeds: str
+    margins: str
 
 
 def story_of(recording: Recording, case: str, protocol: ProtocolPlugin | None) -> Story | None:
@@ -105,6 +108,7 @@ def story_of(recording: Recording, case: str, protocol: ProtocolPlugin | None) -
         map=_map(own),
         machines=tuple(machines_of(own.events)),
         speeds=speeds_of(own.events),
+        margins=margins_of(own.events),
     )
 
 

@@ -10,15 +10,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 from hilbench.bench import Bench
 from hilbench.bench.about import about_world
 from hilbench.bench.cases import CaseBase
 from hilbench.bench.line_faults import LineFaults
-from hilbench.bench.state_reporter import Observed
+from hilbench.bench.state_reporter import Observed, Senses
 from hilbench.benchfile.fault_entries import FaultEntry
 from hilbench.clock import Scheduler
+from hilbench.driving.rig import CLIENT_SENSES
 from hilbench.errors import InternalError
 from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, MemoryLink, Port
@@ -63,6 +65,8 @@ class VirtualCase(CaseBase):
         tap: what stands between the checker and the device.
         faults: what goes wrong on the line.
     """
+
+    _senses: Senses = MappingProxyType({"client": CLIENT_SENSES})
 
     def __init__(
         self,

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from hilbench.bench import Bench
 from hilbench.bench.cases import CaseBase
 from hilbench.bench.devices import DeviceActor
 from hilbench.bench.line_faults import LineFaults
-from hilbench.bench.state_reporter import Observed
+from hilbench.bench.state_reporter import Observed, Senses
 from hilbench.benchfile.bench_file import BenchFile
+from hilbench.driving.rig import CLIENT_SENSES
 from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.systems.rover.about import about_pkt
@@ -114,6 +116,8 @@ class HostCase(CaseBase):
         faults: what goes wrong on the line.
     """
 
+    _senses: Senses = MappingProxyType({"station": CLIENT_SENSES})
+
     def __init__(
         self,
         bench: Bench,
@@ -126,11 +130,15 @@ class HostCase(CaseBase):
         self.rover = rover
         self.client = client
 
+    def _machines_seen(self) -> Mapping[str, Observed]:
+        own = self.client.own
+        return {} if own is None else {"station": own.connection}
+
     def _lines_seen(self) -> Mapping[str, Port]:
         return {"host": self.rover.port}
 
     def _about_view(self) -> Mapping[str, Any]:
-        return about_pkt("rover", {}, self.rover.profile.name)
+        return about_pkt("rover", self._machines_seen(), self.rover.profile.name)
 
     def _packets(self) -> Sequence[str]:
         return self.rover.evidence()

@@ -15,10 +15,11 @@ from typing import Any
 from hilbench.bench import Bench
 from hilbench.bench.state_reporter import Sense
 from hilbench.clock import NS_PER_S
+from protocols.autoware import Timer as LinkTimer
 from protocols.carla import DEADLINES, Counters, Mode, ModeTrigger, Step, Timer, Transition, Trigger
 from targets.robots.vehicle_interface import VehicleInterface
 
-__all__ = ["BOARD_SENSES", "BoardFromOutside", "BoardLink", "BoardModes", "ControlTask", "Sight", "Sign"]
+__all__ = ["BOARD_SENSES", "LINK_SENSES", "BoardFromOutside", "BoardLink", "BoardModes", "ControlTask", "Sight", "Sign"]
 
 BOARD_SENSES: Mapping[str, Sense] = {
     Timer.AGENT.name: Sense.WAIT,
@@ -27,6 +28,8 @@ BOARD_SENSES: Mapping[str, Sense] = {
     Timer.PAUSE.name: Sense.REST,
 }
 """The timers of the control task end when what they wait for comes; the pause is a rest."""
+LINK_SENSES: Mapping[str, Sense] = {LinkTimer.PING.name: Sense.REST}
+"""When the time for a ping comes, nothing is wrong."""
 
 
 class Sight(Enum):

@@ -17,7 +17,7 @@ from hilbench.benchfile.bench_file import BenchFile
 from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.systems.vehicle.about import about_vehicle_lines
-from hilbench.systems.vehicle.board_views import BOARD_SENSES, BoardLink, BoardModes, ControlTask
+from hilbench.systems.vehicle.board_views import BOARD_SENSES, LINK_SENSES, BoardLink, BoardModes, ControlTask
 from hilbench.systems.vehicle.car_simulator import CarHostUnderTest, CarSimulator, HostFactory, OwnCarHost, make_host
 from hilbench.systems.vehicle.hands import ModelHands, VehicleHands
 from hilbench.systems.vehicle.simulator_peer import BoardPeer, SimulatorPeer
@@ -113,7 +113,7 @@ class VirtualVehicleCase(VehicleCase):
         board: the board.
     """
 
-    _senses: Senses = MappingProxyType({"board": BOARD_SENSES})
+    _senses: Senses = MappingProxyType({"board": BOARD_SENSES, "board link": LINK_SENSES})
 
     def __init__(
         self,

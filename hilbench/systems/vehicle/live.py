@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from hilbench.bench import Bench
 from hilbench.bench.about import about_world
 from hilbench.bench.devices import LinesActor
-from hilbench.bench.state_reporter import Observed, Sense, Senses, describe_machine
+from hilbench.bench.state_reporter import Observed, Senses, describe_machine
 from hilbench.bench.world_runner import WorldRunner
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.benchfile.bench_model import World as WorldEntry
@@ -22,7 +22,14 @@ from hilbench.driving.rig import Rig
 from hilbench.driving.tap import Tap
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.mcu.bare_vehicle import BareVehicle
-from hilbench.systems.vehicle.board_views import BOARD_SENSES, BoardFromOutside, BoardLink, BoardModes, ControlTask
+from hilbench.systems.vehicle.board_views import (
+    BOARD_SENSES,
+    LINK_SENSES,
+    BoardFromOutside,
+    BoardLink,
+    BoardModes,
+    ControlTask,
+)
 from hilbench.systems.vehicle.cases import line_baud
 from hilbench.systems.vehicle.driven_car import DrivenCar
 from hilbench.systems.vehicle.driver import CarCrew, CarDriver
@@ -30,7 +37,6 @@ from hilbench.systems.vehicle.driving_stack import DrivingStack
 from hilbench.systems.vehicle.hands import ModelHands, VehicleHands
 from hilbench.systems.vehicle.provider import settings_of
 from hilbench.systems.vehicle.system import CAR, TRACK
-from protocols.autoware import Timer as LinkTimer
 from protocols.carla import BAUD
 from targets.robots.driving_stack import Path, PathDriver
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface
@@ -42,7 +48,6 @@ if TYPE_CHECKING:
 
 __all__ = ["SIMULATOR", "STACK", "LiveVehicle", "attached_rig", "attached_vehicle", "board_rig", "model_rig"]
 
-_LINK_SENSES = {LinkTimer.PING.name: Sense.REST}
 _POINT_EVERY_M = 2.0
 SIMULATOR, STACK = "simulator", "stack"
 """The lines, as the journal names them; the car is at the first of them."""
@@ -97,7 +102,7 @@ class LiveVehicle:
             "stack": self.crew.stack.connection,
             **({} if board is None else {"board link": BoardLink(board), "task": ControlTask(board)}),
         }
-        self.senses: Senses = {"board": BOARD_SENSES if board is not None else {}, "board link": _LINK_SENSES}
+        self.senses: Senses = {"board": BOARD_SENSES if board is not None else {}, "board link": LINK_SENSES}
         described = {name: describe_machine(one) for name, one in self.machines.items()}
         described["board"]["seen"] = "from its frames" if board is None else ""
         if board is not None:

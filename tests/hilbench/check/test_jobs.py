@@ -29,7 +29,11 @@ def test_one(peer): peer
 
 @case("X2", text="Two.", source="us")
 @pytest.mark.parametrize("n", range(3))
-def test_two(peer, n): assert n != 1
+def test_two(peer, n):
+    if n == 1:
+        peer.start()
+        peer.run(2.5)
+    assert n != 1
 """
 )
 DIES = (
@@ -95,9 +99,11 @@ def test_a_run_is_the_same_by_one_process_and_by_two(check, bench, select):
 
 
 @pytest.mark.slow("two processes")
-def test_verdicts_stand_in_the_order_of_the_plan(check, suite):
-    one, two = check(1, suite(PLAIN)), check(2, suite(PLAIN))
+def test_verdicts_stand_in_the_order_of_the_plan(check, suite, tmp_path):
+    one, two = (check(jobs, suite(PLAIN), html=tmp_path / f"{jobs}.html") for jobs in (1, 2))
     assert two == one
+    assert two[2].count(b'"margins"') == 1  # of the case that fails
+    assert (tmp_path / "2.html").read_bytes() == (tmp_path / "1.html").read_bytes()
     assert [case["verdict"] for case in two[1]["cases"]] == ["pass", "pass", "fail", "pass"]
 
 

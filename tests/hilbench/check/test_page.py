@@ -207,6 +207,39 @@ def test_the_last_moments_of_a_case_are_told_and_nothing_else_changes(tmp_path, 
     assert not list(tmp_path.glob("*.jsonl"))
 
 
+STARVES = """
+from hilbench.check import case, Violation
+
+@case("X1", text="One.", source="us")
+def test_one(peer):
+    peer.start()
+    for pause_s in (0.5, 1.5, 2.5):
+        peer.run(pause_s)
+        peer.send(0)
+    raise Violation("never right")
+"""
+
+
+@pytest.mark.slow("two whole checks of a case")
+def test_margins_of_watchdogs_are_drawn_and_hash_and_verdict_are_those_without(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "test_x.py").write_text(STARVES)
+    found = []
+    for more in ([], ["--html", "run.html", "--journal", "run.jsonl"]):
+        words = ["check", "pioneer-plane", "--suite", "test_x.py", "--json", "run.json"]
+        assert main([*words, *more]) == 1
+        report = json.loads((tmp_path / "run.json").read_text())
+        found.append((report["run_hash"], report["cases"][0]["verdict"], report["cases"][0]["case_hash"]))
+    assert found[0] == found[1]
+    assert main(["report", "run.jsonl", "--html", "again.html"]) == 0
+    for name in ("run.html", "again.html"):
+        page = Parsed((tmp_path / name).read_text())
+        (picture,) = (about["src"] for _, about in page.elements if "time was left" in about.get("alt", ""))
+        drawn = base64.b64decode(picture.partition(",")[2]).decode()
+        assert "robot WATCHDOG, set for 2 s: ran out<" in drawn
+        assert ("td", "margins") not in page.texts
+
+
 def pin(ns, level, name="b.PA0"):
     return {"ns": ns, "kind": "pin", "source": name, "level": level}
 

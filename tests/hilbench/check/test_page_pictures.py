@@ -1,4 +1,4 @@
-"""What the page of a run draws of a case: state machines with the way taken, and the speed of a vehicle."""
+"""What the page of a run draws of a case: state machines with the way taken, margins of timers, speed of a vehicle."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hilbench.check.page.margins import MOST_TIMERS, margins_of
 from hilbench.check.page.speed import speeds_of
 from hilbench.check.page.states import MOST_PASSAGES, MOST_STATES, machines_of
 
@@ -101,3 +102,49 @@ def test_whenever_and_wherever_it_was_the_picture_is_one(places):
         ET.fromstring(svg)
         assert "nan" not in svg
         assert "inf" not in svg
+
+
+MS = 10**6
+
+
+def margins(points, *, timer="WATCHDOG", source="robot"):
+    return {"ns": 9000 * MS, "kind": "margins", "source": source, "timer": timer, "points": points}
+
+
+def circles(svg):
+    return [
+        (float(dot.get("cx")), float(dot.get("cy")), dot.get("fill")) for dot in ET.fromstring(svg).iter(f"{SVG}circle")
+    ]
+
+
+def test_a_timer_falls_from_its_span_to_zero_and_is_red_where_it_ran_out():
+    case = {"ns": 0, "kind": "case", "source": "journal", "case": "x"}
+    points = [[ns * MS, left * MS, 2000 * MS] for ns, left in ((0, 2000), (4500, 1000), (9000, 0))]
+    svg = margins_of([case, margins(points)])
+    (x1, top, blue), (x2, middle, _), (x3, bottom, red) = circles(svg)
+    assert x2 - x1 == x3 - x2
+    assert middle - top == bottom - middle > 0
+    assert (blue, red) == ("#0072b2", "#c0262d")
+    assert texts(svg) == ["robot WATCHDOG, set for 2 s: ran out", "2 s", "0", "0.000 s", "9.000 s"]
+
+
+def test_of_many_timers_those_that_came_nearest_to_their_end_are_drawn_and_names_are_text():
+    events = [margins([[n * MS, n * MS, 100 * MS]], timer=f"<T{n}>") for n in range(1, MOST_TIMERS + 3)]
+    said = texts(margins_of(events[::-1]))
+    assert [text for text in said if "least" in text] == [
+        f"robot <T{n}>, set for 100 ms: least {n} ms left" for n in range(1, MOST_TIMERS + 1)
+    ]
+    assert said[-1] == "2 more came less near to their end"
+    assert margins_of([]) == margins_of([margins([])]) == ""
+
+
+times = st.integers(0, 2**62 - 1)
+
+
+@given(st.lists(st.builds(margins, st.lists(st.tuples(times, times, times)), timer=st.text(), source=st.text())))
+def test_margins_of_any_size_are_drawn_within_their_plots(events):
+    svg = margins_of(events)
+    assert bool(svg) is any(event["points"] for event in events)
+    if svg:
+        height = float(ET.fromstring(svg).get("height"))
+        assert all(0 <= x <= 740 and 0 <= y <= height for x, y, _ in circles(svg))

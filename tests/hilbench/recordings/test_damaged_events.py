@@ -52,6 +52,12 @@ def _records(data):
         ({"ns": 1, "kind": ["tx"], "source": "checker"}, "'kind' is no text"),
         ({"ns": 1, "kind": "tx", "data": "55"}, "'source' is missing"),
         ({"ns": 1, "kind": "pin", "source": "brain.PB7", "level": "high"}, "'level' is no level: true, false or null"),
+        ({"ns": 1, "kind": "margins", "source": "robot", "points": []}, "'timer' is missing"),
+        ({"ns": 1, "kind": "margins", "source": "robot", "timer": "W", "points": 3}, "'points' is no list"),
+        (
+            {"ns": 1, "kind": "margins", "source": "robot", "timer": "W", "points": [[1, -2, 3]]},
+            "'points' is no list of three times each",
+        ),
     ],
 )
 def test_one_that_is_damaged_ends_the_reading_and_is_named(two_cases, event, said):
