@@ -111,7 +111,7 @@ def test_two_parts_at_one_address_of_a_bus_are_refused(solder, first, second, ad
 
 def test_two_parts_that_have_but_one_address_need_two_buses(solder, monkeypatch):
     monkeypatch.setattr(At24c02, "ADDRESSED_BY", "")
-    with pytest.raises(UsageError, match="both answer; put one on another bus$"):
+    with pytest.raises(UsageError, match="both answer; put one on another bus"):
         solder("a=at24c02@I2C1", "b=at24c02@I2C1")
 
 
