@@ -65,15 +65,13 @@ class PtyProbe:
         """
         del at_ns
         os.read(self._reads, 1)
-        if self._sent_ns is not None and self._missed_ns:
-            self._late.record(self._missed_ns + _EVERY_NS, self._host.monotonic_ns() + _EVERY_NS)
+        if late_ns := self._late_ns():
+            self._late.record(late_ns, self._host.monotonic_ns() + _EVERY_NS)
         self._sent_ns = None
 
     def lateness(self, since_ns: int) -> Lateness:
         """Return how late a question and its answer may have been handed on since a moment of the host, in ns."""
-        late_ns = self._late.max_since_ns(since_ns)
-        if self._sent_ns is not None and self._missed_ns:
-            late_ns = max(late_ns, self._missed_ns + _EVERY_NS)
+        late_ns = max(self._late.max_since_ns(since_ns), self._late_ns())
         return Lateness(late_ns=_WAYS * late_ns) if late_ns else IN_TIME
 
     def close(self) -> None:
@@ -82,6 +80,16 @@ class PtyProbe:
         self._scheduler.remove_source(self)
         os.close(self._writes)
         os.close(self._reads)
+
+    def _late_ns(self) -> int:
+        """Return how late the byte is that is on its way, or has just come; 0 while that is less than `_EVERY_NS`.
+
+        A bench that was late itself may look for it right after it was sent: then it is not late for that.
+        """
+        if self._sent_ns is None or not self._missed_ns:
+            return 0
+        late_ns = min(self._missed_ns + _EVERY_NS, self._host.monotonic_ns() - self._sent_ns)
+        return late_ns if late_ns >= _EVERY_NS else 0
 
     def _beat(self) -> None:
         now_ns = self._host.monotonic_ns()

@@ -63,6 +63,17 @@ def test_what_is_kept_counts_for_question_and_answer(probe, host):
     assert 2 * 35 * MS <= probe.lateness(begun_ns).late_ns <= 2 * 45 * MS
 
 
+def test_a_look_right_after_it_was_sent_finds_nothing_late(probe, host):
+    """A bench that was late itself looks again at once."""
+    begun_ns = host.monotonic_ns()
+    let_pass(probe, 5 * MS + 1, there=False)
+    host.pass_time(MS // 4)
+    probe._beat()
+    assert probe.lateness(begun_ns) == IN_TIME
+    let_pass(probe, MS, there=True)
+    assert probe.lateness(begun_ns) == IN_TIME
+
+
 def test_what_was_before_does_not_count(probe, host):
     let_pass(probe, 41 * MS, there=False)
     let_pass(probe, 2 * MS, there=True)
@@ -82,7 +93,7 @@ def test_a_bench_is_no_surer_than_the_way_to_its_port(probe):
     bench = Bench(probe._scheduler, Journal())
     before_s = bench.uncertainty_s(0)
     bench.way = probe
-    let_pass(probe, 41 * MS, there=False)
+    let_pass(probe, 44 * MS, there=False)
     assert bench.uncertainty_s(0) >= before_s + 0.07
     assert bench.lateness(0).late_ns >= 70 * MS
 
