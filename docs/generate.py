@@ -344,7 +344,8 @@ def parts_page() -> str:
         "display=shown.png`. Parts that feel a world need a bench file.\n\n"
         "Not modelled: a part at two pins stays in the middle of a byte, and may hold SDA low, only where the program "
         "has moved the pins by itself. One that an I2C interface at these pins leaves there lets go; joined to the "
-        "interface (`brain.I2C1`) it stays, too. Two parts at one address of a bus are refused.\n\n"
+        "interface (`brain.I2C1`) it stays, too. Two parts at one address of a bus are refused; one at an interface "
+        "and one at the pins that it comes to are not, as a program may route it elsewhere: both answer.\n\n"
         + "\n".join(_part(kind, part_class(kind)) for kind in PARTS)
     )
 

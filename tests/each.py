@@ -1,7 +1,7 @@
 """A table checked in one test.
 
 `pytest.mark.parametrize` makes a test of each row, which costs more to collect than most rows take to be checked. It is
-right where rows need fixtures of their own, or marks.
+right where rows need fixtures of their own, or marks; and where one may be skipped, which here fails.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ import functools
 import inspect
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
+
+import pytest
 
 
 def each(names: str | Sequence[str], rows: Iterable[Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -26,13 +28,17 @@ def each(names: str | Sequence[str], rows: Iterable[Any]) -> Callable[[Callable[
         raise ValueError(message)
 
     def decorate(test: Callable[..., None]) -> Callable[..., None]:
+        if inspect.iscoroutinefunction(test) or inspect.isgeneratorfunction(test):
+            message = f"{test.__name__} does nothing when it is called"
+            raise TypeError(message)
+
         @functools.wraps(test)
         def over_rows(*others: object, **fixtures: object) -> None:
             for row in table:
                 of_row = dict(zip(given, row, strict=True))
                 try:
-                    test(*others, **fixtures, **of_row)
-                except Exception as error:
+                    _check(test, *others, **fixtures, **of_row)
+                except (Exception, pytest.fail.Exception) as error:  # what `pytest.raises` misses is no Exception
                     error.add_note("in the row " + ", ".join(f"{name}={value!r}" for name, value in of_row.items()))
                     raise
 
@@ -42,3 +48,11 @@ def each(names: str | Sequence[str], rows: Iterable[Any]) -> Callable[[Callable[
         return over_rows
 
     return decorate
+
+
+def _check(test: Callable[..., None], *others: object, **arguments: object) -> None:
+    """Check a row; one that is skipped would take those behind it along."""
+    try:
+        test(*others, **arguments)
+    except pytest.skip.Exception as error:
+        pytest.fail(f"a row cannot be skipped, take parametrize: {error}")

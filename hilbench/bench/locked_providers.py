@@ -148,6 +148,7 @@ class LockedProvider:
         """Give the clock and the journal back."""
         if self._bench.way is not None:
             self._bench.way.close()
+            self._bench.way = None
         if self._locked:
             self._scheduler.unlock()
         self._host.close()

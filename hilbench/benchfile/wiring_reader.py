@@ -119,7 +119,7 @@ class WiringReader:
                 first = there.setdefault((end, address), name)
                 if first != name:
                     message = f"'{name}' answers at 0x{address:02X} of the same bus as '{first}'"
-                    hint = f"set {kind.ADDRESSED_BY} of one"
+                    hint = f"set {kind.ADDRESSED_BY} of one" if kind.ADDRESSED_BY else "put one on another bus"
                     raise self._strict.error(f"{message}: a real one would have both answer", ("parts", name), hint)
 
     @property

@@ -8,12 +8,14 @@ worker that has something to do every few milliseconds is also late less often.
 
 from __future__ import annotations
 
+import fcntl
 import os
-import pty
-import select
+import struct
+import termios
 import tty
 
 from hilbench.clock import NS_PER_MS, Entry, EventClass, HostClock, LatenessMeter, Scheduler
+from hilbench.errors import UnavailableError
 from hilbench.pace.lateness import IN_TIME, Lateness
 
 __all__ = ["PtyProbe"]
@@ -22,6 +24,7 @@ _EVERY_NS = 5 * NS_PER_MS
 """How often a byte is sent, and looked for (choice: as often as a bench measures how late it is itself)."""
 _WAYS = 2
 """A question is handed on, and its answer."""
+_INT = struct.Struct("i")
 
 
 class PtyProbe:
@@ -30,13 +33,20 @@ class PtyProbe:
     Args:
         scheduler: which runs in real time.
         host: the clock it follows.
+
+    Raises:
+        UnavailableError: the host has no pseudo-terminal left.
     """
 
     def __init__(self, scheduler: Scheduler, host: HostClock) -> None:
         self._scheduler = scheduler
         self._host = host
         self._late = LatenessMeter()
-        self._reads, self._writes = pty.openpty()
+        try:
+            self._reads, self._writes = os.openpty()
+        except OSError as error:
+            message = f"no pseudo-terminal: {error.strerror}"
+            raise UnavailableError(message, hint="one is needed to measure how late the host hands on bytes") from error
         tty.setraw(self._writes)
         os.set_blocking(self._reads, False)
         self._sent_ns: int | None = None
@@ -49,18 +59,19 @@ class PtyProbe:
         return self._reads
 
     def on_readable(self, at_ns: int) -> None:
-        """Take the byte. What counts is when it was not there yet: how late this bench reads is counted elsewhere."""
+        """Take the byte. What counts is when it was not there yet: how late this bench reads is counted elsewhere.
+
+        It counts for spans that begin a little later, too: their first byte may have been kept beside this one.
+        """
         del at_ns
         os.read(self._reads, 1)
-        if self._sent_ns is not None and self._missed_ns:
-            self._late.record(self._missed_ns + _EVERY_NS, self._sent_ns + self._missed_ns)
+        if late_ns := self._late_ns():
+            self._late.record(late_ns, self._host.monotonic_ns() + _EVERY_NS)
         self._sent_ns = None
 
     def lateness(self, since_ns: int) -> Lateness:
         """Return how late a question and its answer may have been handed on since a moment of the host, in ns."""
-        late_ns = self._late.max_since_ns(since_ns)
-        if self._sent_ns is not None and self._missed_ns:
-            late_ns = max(late_ns, self._missed_ns + _EVERY_NS)
+        late_ns = max(self._late.max_since_ns(since_ns), self._late_ns())
         return Lateness(late_ns=_WAYS * late_ns) if late_ns else IN_TIME
 
     def close(self) -> None:
@@ -69,6 +80,16 @@ class PtyProbe:
         self._scheduler.remove_source(self)
         os.close(self._writes)
         os.close(self._reads)
+
+    def _late_ns(self) -> int:
+        """Return how late the byte is that is on its way, or has just come; 0 while that is less than `_EVERY_NS`.
+
+        A bench that was late itself may look for it right after it was sent: then it is not late for that.
+        """
+        if self._sent_ns is None or not self._missed_ns:
+            return 0
+        late_ns = min(self._missed_ns + _EVERY_NS, self._host.monotonic_ns() - self._sent_ns)
+        return late_ns if late_ns >= _EVERY_NS else 0
 
     def _beat(self) -> None:
         now_ns = self._host.monotonic_ns()
@@ -83,4 +104,9 @@ class PtyProbe:
         return self._scheduler.after(_EVERY_NS, self._beat, order=EventClass.CHECK, source="~pty-probe")
 
     def _is_there(self) -> bool:
-        return bool(select.select([self._reads], [], [], 0)[0])
+        """Say whether the byte can be read.
+
+        The kernel is asked what it counts. A poll, where there is nothing yet, waits until the worker has done its work
+        (drivers/tty/n_tty.c: `n_tty_poll`): it would always find the byte, and this bench would be late instead.
+        """
+        return bool(_INT.unpack(fcntl.ioctl(self._reads, termios.FIONREAD, bytes(_INT.size)))[0])

@@ -104,6 +104,7 @@ def test_a_check_at_a_port_takes_what_is_kept_of_it_and_says_so(tmp_path, monkey
             bench.finish("pass", "")
         assert provider._bench.port_uncertainty_s == (0.0161 if calibrated else LOCAL_PORT_S)
         assert provider._bench.port_floor_s == 0
+        assert provider._bench.way is not None  # behind the port is no adapter, whatever is kept of it
         said = provider.describe().get("calibration")
         assert said == (f"16.10 ms at {key}" if calibrated else None)
     finally:

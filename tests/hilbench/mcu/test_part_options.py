@@ -13,6 +13,7 @@ from hilbench.cli import main
 from hilbench.errors import UsageError
 from hilbench.mcu.command_line import open_target
 from targets.firmware import image_path
+from targets.parts.at24c02 import At24c02
 
 
 @pytest.fixture(scope="module")
@@ -106,6 +107,12 @@ def test_two_parts_at_one_address_of_a_bus_are_refused(solder, first, second, ad
     words = f"'b' answers at {address} of the same bus as 'a': a real one would have both answer; set {setting} of one"
     with pytest.raises(UsageError, match=f"^--part: {words}$"):
         solder(first, second)
+
+
+def test_two_parts_that_have_but_one_address_need_two_buses(solder, monkeypatch):
+    monkeypatch.setattr(At24c02, "ADDRESSED_BY", "")
+    with pytest.raises(UsageError, match="both answer; put one on another bus"):
+        solder("a=at24c02@I2C1", "b=at24c02@I2C1")
 
 
 def test_one_address_on_two_buses_is_none_of_these(solder):
