@@ -119,7 +119,7 @@ def test_servos_do_not_answer_or_move_for_each_other(hands, world):
 @joints
 @case("PT7", bench_time_s=2.5)
 def test_the_watchdog_lets_go(hands, joint):
-    for wait_s, tripped in ((0.95, False), (1.05, True)):
+    for wait_s, tripped in ((0.9, False), (1.1, True)):  # the bench may be 50 ms late, see below
         begun_ns = hands.peer.bench.now_ns
         hands.status(Torque(IDS[joint], True))
         hands.peer.run(wait_s)
