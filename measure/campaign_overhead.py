@@ -1,7 +1,8 @@
 """``python -m measure.campaign_overhead``: what a campaign costs beside the same points in plain multiprocessing.
 
 The same points, each about a second of a processor, are run by a pool of multiprocessing, by a campaign in processes of
-its own, and by a campaign on a Dask scheduler with two workers on this machine (`pip install 'hilbench[campaign]'`).
+its own, and by a campaign on a Dask scheduler with two workers on this machine (`pip install 'hilbench[campaign]'`),
+without Dask's profiler (docs/campaigns.md).
 Compared is the processor's time of all processes that take part, the starting of them included.
 """
 
@@ -15,6 +16,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from hilbench.campaign.hosts import run_there
 from hilbench.campaign.point import Outcome, Point, run_point
@@ -65,7 +67,8 @@ def _here(points: dict[str, Point]) -> dict[str, Outcome]:
 def _there(points: dict[str, Point]) -> dict[str, Outcome]:
     address = f"tcp://127.0.0.1:{PORT}"
     dask = [sys.executable, "-m", "dask"]
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    environment = {**os.environ, "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False"}
+    quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": environment}
     processes = [
         subprocess.Popen([*dask, "scheduler", "--host", "127.0.0.1", "--port", str(PORT), "--no-dashboard"], **quiet)
     ]
