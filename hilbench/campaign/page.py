@@ -8,7 +8,7 @@ from hilbench.campaign.plots import plots_of
 from hilbench.campaign.point import Outcome, Point, command_of
 from hilbench.campaign.statistics import Statistics, number
 from hilbench.campaign.summary import rate_of
-from hilbench.files.names import escaped
+from hilbench.check.page.rendering import rendered
 
 __all__ = ["html_page"]
 
@@ -24,19 +24,12 @@ def html_page(found: Statistics, results: Sequence[tuple[Point, Outcome]], title
         results: the points with a result.
         title: of the page.
     """
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("hilbench.campaign", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["rate"] = rate_of
-    environment.filters["number"] = number
     rows = [(outcome, command_of(point)) for point, outcome in results if outcome.verdict != "pass"]
-    page = environment.get_template("page.html.j2").render(
-        title=title, found=found, plots=plots_of(found), rows=rows[:MOST_POINTS], others=len(rows[MOST_POINTS:])
-    )
-    return escaped(page)
+    values = {
+        "title": title,
+        "found": found,
+        "plots": plots_of(found),
+        "rows": rows[:MOST_POINTS],
+        "others": len(rows[MOST_POINTS:]),
+    }
+    return rendered("hilbench.campaign", {"rate": rate_of, "number": number}, values)

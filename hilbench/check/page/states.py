@@ -11,16 +11,16 @@ from hilbench.clock import NS_PER_S
 from hilbench.files.names import printable
 from hilbench.recordings.layout import Event
 
-__all__ = ["Machine", "Passage", "machines_of"]
+__all__ = ["Machine", "Transition", "machines_of"]
 
 MOST_STATES = 14
-MOST_PASSAGES = 40
+MOST_TRANSITIONS = 40
 WIDTH, HEIGHT, RADIUS_X, RADIUS_Y, NODE = 560, 300, 200, 110, 22
 CHARACTERS = 18
 
 
 @dataclass(frozen=True, slots=True)
-class Passage:
+class Transition:
     """From one state to another.
 
     Attributes:
@@ -50,28 +50,29 @@ class Machine:
     Attributes:
         source: whose it is.
         picture: its states and the ways between them that were taken, as SVG; empty if there are too many.
-        passages: the last of its passages.
+        transitions: the last of its transitions.
         left_out: how many there were before.
     """
 
     source: str
     picture: str
-    passages: tuple[Passage, ...]
+    transitions: tuple[Transition, ...]
     left_out: int
 
 
 def machines_of(events: Sequence[Event]) -> list[Machine]:
     """Return the state machines that changed in a case, in the order of their first change."""
-    found: dict[str, list[Passage]] = {}
+    found: dict[str, list[Transition]] = {}
     for event in events:
         value = event.get("value")
         if event.get("name") != "StateChanged" or not isinstance(value, Mapping) or type(event.get("ns")) is not int:
             continue
         own = found.setdefault(_cut(event.get("source", "")), [])
-        own.append(Passage(len(own) + 1, event["ns"], *(_cut(value.get(key, "")) for key in ("old", "new", "trigger"))))
+        names = (_cut(value.get(key, "")) for key in ("old", "new", "trigger"))
+        own.append(Transition(len(own) + 1, event["ns"], *names))
     return [
-        Machine(source, _picture(passages), tuple(passages[-MOST_PASSAGES:]), max(0, len(passages) - MOST_PASSAGES))
-        for source, passages in found.items()
+        Machine(source, _picture(all_), tuple(all_[-MOST_TRANSITIONS:]), max(0, len(all_) - MOST_TRANSITIONS))
+        for source, all_ in found.items()
     ]
 
 
@@ -79,13 +80,13 @@ def _cut(value: object) -> str:
     return printable(str(value))[:CHARACTERS]
 
 
-def _picture(passages: Sequence[Passage]) -> str:
-    names = list(dict.fromkeys(name for one in passages for name in (one.old, one.new)))
+def _picture(transitions: Sequence[Transition]) -> str:
+    names = list(dict.fromkeys(name for one in transitions for name in (one.old, one.new)))
     if len(names) > MOST_STATES:
         return ""
     places = {name: _place(number, len(names)) for number, name in enumerate(names)}
     ways: dict[tuple[str, str], list[int]] = {}
-    for one in passages:
+    for one in transitions:
         ways.setdefault((one.old, one.new), []).append(one.number)
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{HEIGHT}" font-family="sans-serif">'
     arrow = (
@@ -93,7 +94,7 @@ def _picture(passages: Sequence[Passage]) -> str:
         '<path d="M0 0 8 4 0 8z" fill="#0072b2"/></marker></defs>'
     )
     edges = "".join(_edge(places, old, new, numbers) for (old, new), numbers in ways.items())
-    return "".join([head, arrow, edges, *_nodes(places, passages[-1].new), "</svg>"])
+    return "".join([head, arrow, edges, *_nodes(places, transitions[-1].new), "</svg>"])
 
 
 def _place(number: int, count: int) -> tuple[float, float]:
@@ -116,7 +117,7 @@ def _half_width(name: str) -> int:
 
 
 def _edge(places: Mapping[str, tuple[float, float]], old: str, new: str, numbers: Sequence[int]) -> str:
-    """Draw a way between two states, bent to its right, with the numbers of the passages on it."""
+    """Draw a way between two states, bent to its right, with the numbers of the transitions on it."""
     said = ", ".join(map(str, numbers[:4])) + (f" and {len(numbers) - 4} more" if len(numbers) > 4 else "")
     begin, end = places[old], places[new]
     if old == new:

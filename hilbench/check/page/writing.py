@@ -1,4 +1,4 @@
-"""Writes the page: the template is ``page.html.j2``, and jinja2 escapes all that it shows.
+"""Writes the page: the template is ``page.html.j2``.
 
 The page loads nothing, and no script runs in it but ``page.js``: its policy names that by its digest.
 """
@@ -10,12 +10,11 @@ import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
+from hilbench.check.page.rendering import rendered
 from hilbench.check.page.runs import Cell, Row, Run
-from hilbench.files.names import escaped
 
 __all__ = ["html_page"]
 
-TEMPLATE = "page.html.j2"
 LARGEST_SCREEN = 400_000
 _MISSING = Cell(word="")
 
@@ -28,27 +27,16 @@ def html_page(runs: Sequence[Run], title: str = "hilbench check", screens: Path 
         title: of the page.
         screens: the folder in which pictures of the dashboard lie; None to leave all out, as what lies elsewhere.
     """
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("hilbench.check.page", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["picture"] = _picture
-    environment.filters["screen"] = lambda name: _screen(name, screens)
     script = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
-    page = environment.get_template(TEMPLATE).render(
-        title=title,
-        runs=runs,
-        rows=[_row(row, runs) for row in _rows(runs)],
-        words=sorted({cell.word for run in runs for cell in run.cells.values() if cell.word}),
-        script=script,
-        script_digest=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
-    )
-    return escaped(page)
+    values = {
+        "title": title,
+        "runs": runs,
+        "rows": [_row(row, runs) for row in _rows(runs)],
+        "words": sorted({cell.word for run in runs for cell in run.cells.values() if cell.word}),
+        "script": script,
+        "script_digest": base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+    }
+    return rendered("hilbench.check.page", {"picture": _picture, "screen": lambda name: _screen(name, screens)}, values)
 
 
 def _rows(runs: Sequence[Run]) -> list[Row]:

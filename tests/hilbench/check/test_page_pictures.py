@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from hilbench.check.page.margins import MOST_TIMERS, margins_of
 from hilbench.check.page.speed import speeds_of
-from hilbench.check.page.states import MOST_PASSAGES, MOST_STATES, machines_of
+from hilbench.check.page.states import MOST_STATES, MOST_TRANSITIONS, machines_of
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -44,14 +44,14 @@ def test_each_way_that_was_taken_is_drawn_once_with_its_numbers():
     assert len(root.findall(f"{SVG}path")) == 4  # A to B, B to A, B to itself, B to C
     assert texts(machine.picture) == ["1, 3", "2", "4", "5", "A", "B", "C"]
     (last,) = [rect for rect in root.iter(f"{SVG}rect") if rect.get("fill") == "#0072b2"]
-    assert [(one.number, one.time_s, one.old, one.new) for one in machine.passages][4] == (5, "0.004", "B", "C")
+    assert [(one.number, one.time_s, one.old, one.new) for one in machine.transitions][4] == (5, "0.004", "B", "C")
     assert last is root.findall(f"{SVG}rect")[-1]
 
 
-def test_two_sources_are_two_machines_and_only_the_last_passages_are_listed():
-    events = [changed(n, "A", "B") for n in range(MOST_PASSAGES + 3)] + [changed(9, "X", "Y", source="host")]
+def test_two_sources_are_two_machines_and_only_the_last_transitions_are_listed():
+    events = [changed(n, "A", "B") for n in range(MOST_TRANSITIONS + 3)] + [changed(9, "X", "Y", source="host")]
     robot, host = machines_of(events)
-    assert (robot.source, len(robot.passages), robot.left_out, robot.passages[-1].number) == ("robot", 40, 3, 43)
+    assert (robot.source, len(robot.transitions), robot.left_out, robot.transitions[-1].number) == ("robot", 40, 3, 43)
     assert (host.source, host.left_out) == ("host", 0)
     assert texts(robot.picture)[0] == "1, 2, 3, 4 and 39 more"
 
@@ -59,7 +59,7 @@ def test_two_sources_are_two_machines_and_only_the_last_passages_are_listed():
 def test_too_many_states_are_listed_and_not_drawn():
     (machine,) = machines_of([changed(n, f"S{n}", f"S{n + 1}") for n in range(MOST_STATES)])
     assert machine.picture == ""
-    assert len(machine.passages) == MOST_STATES
+    assert len(machine.transitions) == MOST_STATES
 
 
 json_values = st.recursive(
