@@ -26,16 +26,18 @@ from targets.mcu.core import build, library, sources
 ROOT = Path(__file__).parent.parent
 EXCEPTIONS = "tests/targets/mcu/cortexm"
 STM32 = "tests/targets/mcu/stm32"
-# What tests a peripheral in C, by the beginning of its files' names: self-tests on a board, and files.
+# What tests a peripheral in C, by its file: self-tests on a board, and files.
 PERIPHERALS = {
-    "usart": ("usart", [f"{STM32}f1/usart"]),
-    "dma": ("dma or high-density", [f"{STM32}f1/dma"]),
-    "port": (
+    "usart.c": ("usart", [f"{STM32}f1/usart"]),
+    "usart_f1.c": ("usart", [f"{STM32}f1/usart"]),
+    "usart_isr.c": ("(serial or usart-fifo) and holds", [f"{STM32}/usart", f"{STM32}h7/test_drain_loop.py"]),
+    "dma_f1.c": ("dma or high-density", [f"{STM32}f1/dma"]),
+    "port.c": (
         "gpio or pins",
         [f"{STM32}f1/test_gpio.py", f"{STM32}/test_gpio_v2.py", f"{STM32}f1/test_gpio_latches.py"],
     ),
 }
-SELF_TESTS = [f"tests/targets/firmware/test_{name}selftests.py" for name in ("", "f767_")]
+SELF_TESTS = [f"tests/targets/firmware/test_{name}.py" for name in ("selftests", "f767_selftests", "h753_blocks")]
 VECTORS = [f"tests/targets/mcu/differential/test_vectors{core}.py" for core in ("", "_m7")]
 SEQUENCES = (("M3", 2), ("M7", 3))  # images of each core
 OPERANDS = 40  # of each floating-point operation
@@ -74,6 +76,10 @@ def _usart(name: str, section: str, old: str, new: str) -> Defect:
 
 def _usart_f1(name: str, section: str, old: str, new: str) -> Defect:
     return Defect(name, f"RM0008 {section}", "usart_f1.c", old, new)
+
+
+def _usart_isr(name: str, manual: str, old: str, new: str) -> Defect:
+    return Defect(name, manual, "usart_isr.c", old, new)
 
 
 def _dma(name: str, section: str, old: str, new: str) -> Defect:
@@ -340,6 +346,45 @@ DEFECTS = (
     _usart_f1("no interrupt of a LIN break", "27.6.5", "sr & LBD && r[CR2] & LBDIE", "false"),
     _usart_f1("DMA is asked to send while TXE is clear", "27.3.13", "cr3 & DMAT && sr & TXE", "!!(cr3 & DMAT)"),
     _usart_f1("DMA is not asked to receive", "27.3.13", "cr3 & DMAR && sr & RXNE", "false"),
+    _usart_f1("RTS is always low", "27.3.14", "tell(NEWS_RTS, sr & RXNE, 0)", "tell(NEWS_RTS, 0, 0)"),
+    _usart_isr("TC stays", "RM0410 34.8.11", "~(uint32_t)(TXE | TC | TXFE)", "~(uint32_t)(TXE | TXFE)"),
+    _usart_isr("TXFE stays", "RM0433 48.7.10", "~(uint32_t)(TXE | TC | TXFE)", "~(uint32_t)(TXE | TC)"),
+    _usart_isr("DATAINV one way only", "RM0410 34.8.2", "word = inverted(usart, bits), data", "word = bits, data"),
+    _usart_isr("MSBFIRST one way only", "RM0410 34.8.2", "(word ^ data) | turned(usart, data)", "(word ^ data) | data"),
+    _usart_isr(
+        "OVRDIS is not looked at",
+        "RM0410 34.8.3",
+        "  if (is_full(usart) && !(r[CR3] & OVRDIS))\n",
+        "  if (is_full(usart))\n",
+    ),
+    _usart_isr("ICR clears nothing", "RM0410 34.8.9", "(value & CLEARED_BY_ICR) |", "0 |"),
+    _usart_isr("no match", "RM0410 34.8.8", "    r[ISR] |= CMF;", "    ;"),
+    _usart_isr("mute mode hides nothing", "RM0410 34.5.7", "if (!(r[CR1] & MME))", "if (true)"),
+    _usart_isr("every address is mine", "RM0410 34.5.7", "is_mine = !(", "is_mine = true || !("),
+    _usart_isr("a break has no end", "RM0410 34.8.8", "&= ~(uint32_t)SBKF", "&= ~0u"),
+    _usart_isr("an overrun is not flagged", "RM0410 34.5.3", "    r[ISR] |= ORE;", "    ;"),
+    _usart_isr("no IDLE", "RM0410 34.5.3", "flag(usart, IDLE)", "flag(usart, 0)"),
+    _usart_isr("DDRE is not looked at", "RM0410 34.8.3", "refused = cr3 & DDRE &&", "refused = false &&"),
+    _usart_isr("RDR has no place of its own", "RM0433 48.7.10", "RX_WORDS = 17", "RX_WORDS = 16"),
+    _usart_isr("the FIFO does not go on", "RM0433 48.5.4", "fifo->first++ %", "fifo->first %"),
+    _usart_isr("seventeen wait", "RM0433 48.5.4", "TX_WORDS = 16", "TX_WORDS = 17"),
+    _usart_isr("a threshold is one off", "RM0433 48.7.4", "(received >= threshold", "(received > threshold"),
+    _usart_isr("TXFT before its time", "RM0433 48.7.4", "empty >= threshold", "1 + empty >= threshold"),
+    _usart_isr("RXFTIE asks nobody", "RM0433 48.7.4", "cr3 & RXFTIE ? RXFT : 0", "cr3 & RXFTIE ? 0 : 0"),
+    _usart_isr("TXFTIE asks nobody", "RM0433 48.7.4", "cr3 & TXFTIE ? TXFT : 0", "cr3 & TXFTIE ? 0 : 0"),
+    _usart_isr(
+        "OVRDIS does not pass it by",
+        "RM0433 48.7.4",
+        "  if (has_fifos(usart) && !(r[CR3] & OVRDIS)) {",
+        "  if (has_fifos(usart)) {",
+    ),
+    _usart_isr(
+        "the next word is not shown",
+        "RM0433 48.5.4",
+        "      show_first(usart);\n      hil_queue_cut",
+        "      hil_queue_cut",
+    ),
+    _usart_isr("a read of RDR is passed over", "RM0433 48.5.4", "hil_queue_cut(usart->queue);", ";"),
     _usart("no preamble", "27.3.2", "line->enabled = line->preamble_due = on", "line->enabled = on"),
     _usart(
         "always one stop bit",
@@ -505,8 +550,7 @@ def found_by(defect: Defect) -> str:
     with tempfile.TemporaryDirectory() as folder:
         path, digest = make(defect, Path(folder))
         command = [sys.executable, "-m", "measure.core_defects", "--judge", str(path), "--digest", digest]
-        of = defect.file.partition("_")[0].removesuffix(".c")
-        command += ["--peripheral", of if of in PERIPHERALS else ""]
+        command += ["--peripheral", defect.file if defect.file in PERIPHERALS else ""]
         try:
             done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=LONGEST_S, check=False)
         except subprocess.TimeoutExpired:

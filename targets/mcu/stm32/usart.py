@@ -1,16 +1,14 @@
 """USARTs with ISR, ICR, RDR and TDR (RM0410 section 34, on the STM32F7; F0, F3 and L4 have the same).
 
-Those that have FIFOs as well, on the STM32H7, are `usart_fifo.FifoUsart`.
+Here is what their control registers set up; flags, data and requests are in ``usart_isr.c``. Those that have FIFOs as
+well, on the STM32H7, are `usart_fifo.FifoUsart`.
 
 Choices where the manual is silent, besides those of the transmitter and the receiver:
 
 * A bit that "can only be written when the USART is disabled" keeps its value while UE stays set; that is noted.
-* While ORE is set, words go on coming in as soon as RXNE is clear; of a word that is lost, ORE is the only flag.
-* IDLE needs a word that has set RXNE before it, also the first time.
-* TEACK and REACK follow TE, RE and UE at once. The end of the preamble does not set TC.
+* TEACK and REACK follow TE, RE and UE at once.
 * UE cleared in mid-frame stops everything at once; the frame on the wire stays as it was announced at its start.
 * A word written to TDR while UE is clear is lost.
-* With MSBFIRST the data bits are turned round and the parity bit stays the last one.
 * Frames are handed over as lines that idle high. With TXINV or RXINV whoever sends or takes frames at the far end is
   taken to be inverted too; the levels at the pins are the inverse ones.
 * In single-wire half-duplex mode the receiver hears what is sent, unless RE is off. Meanwhile it hears others as far as
@@ -26,10 +24,9 @@ from typing import ClassVar
 
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
-from targets.mcu.serial_line import Sampled
 from targets.mcu.services import InputSignal, Services, Watch
 from targets.mcu.stm32.usart_base import UsartBase, listen
-from targets.mcu.stm32.usart_line import News
+from targets.mcu.stm32.usart_line import Kind, News
 from targets.mcu.stm32.usart_receiver import Receiver
 
 __all__ = ["Usart"]
@@ -54,12 +51,8 @@ SCARCNT, WUS, WUFIE, UCESM = 7 << 17, 3 << 20, 1 << 22, 1 << 23
 ABRRQ, SBKRQ, MMRQ, RXFRQ, TXFRQ = (1 << bit for bit in range(5))
 
 AFTER_RESET = TC | TXE
-_SAME_BIT = TXEIE | TCIE | RXNEIE | IDLEIE
-"""Interrupt enables of CR1 that stand at the bit of their flag in ISR."""
 CLEARED_BY_ICR = PE | FE | NF | ORE | IDLE | TC | LBDF | CTSIF | RTOF | EOBF | CMF | WUF
 
-_ENABLES = {CR1: TXEIE | TCIE | RXNEIE | IDLEIE | PEIE | CMIE | RTOIE, CR2: LBDIE, CR3: EIE | DMAR | DMAT | CTSIE}
-"""Bits that change nothing but the lines to interrupts and DMA."""
 _LOCKED = {
     CR1: M1 | DEDT_DEAT | OVER8 | M0 | WAKE | PCE | PS,
     CR2: ADDM7 | LBDL | CLOCK | STOP | LINEN | SWAP | RXINV | TXINV | DATAINV | MSBFIRST | ABRMOD,
@@ -141,8 +134,8 @@ class Usart(UsartBase):
     )
 
     STATUS, CR1, CR2, CR3 = ISR, CR1, CR2, CR3
+    KIND = Kind.ISR
     LEAST_DIVIDER: ClassVar[str] = "16 is the least USARTDIV"
-    ENABLES: ClassVar[Mapping[int, int]] = _ENABLES
     LOCKED: ClassVar[Mapping[int, int]] = _LOCKED
 
     def __init__(
@@ -150,16 +143,8 @@ class Usart(UsartBase):
     ) -> None:
         super().__init__(name, base, services, irq=irq)
         self._kernel_hz = kernel_hz
-        self._enables = (0, 0, 0)
-        self._interrupting = 0  # flags of ISR, by these values of CR1, CR2 and CR3
-        self._levels = (False, False, False)
-        handlers = self._line.handlers
-        handlers[News.LOADED] = lambda _value, _more: self._loaded()
-        handlers[News.COMPLETE] = lambda _value, _more: self._complete()
-        handlers[News.BREAK_SENT] = lambda _value, _more: self._break_sent()
-        handlers[News.WORD] = lambda word, _more: self._read_word(word, 0)
-        handlers[News.LINE_IDLE] = lambda _value, _more: self._idle()
-        self._line.wants_idle = self._wants_idle
+        self._unseen = False
+        self._line.handlers[News.DMA_TX] = self._asks_to_send
         self._outputs = (self._line_tx, services.output(f"{name}_RX"))
 
     def _make_receiver(self) -> Receiver:
@@ -177,11 +162,6 @@ class Usart(UsartBase):
         """Write-only: reads 0."""
         return 0
 
-    def write_ICR(self, value: int) -> None:
-        """Clear flags by writing 1."""
-        self[ISR] &= ~value
-        self._update()
-
     def read_RQR(self) -> int:
         """Write-only: reads 0."""
         return 0
@@ -189,9 +169,10 @@ class Usart(UsartBase):
     def write_RQR(self, value: int) -> None:
         """Ask for a break, mute mode, or that received or waiting data be thrown away."""
         if value & RXFRQ:
+            self._kept.unread = 0
             self[ISR] &= ~RXNE
         if value & TXFRQ:
-            self._kept.holds = False
+            self._kept.unsent = self._kept.holds = 0
             self[ISR] |= TXE
         if value & MMRQ and self[CR1] & MME:
             self[ISR] |= RWU
@@ -201,21 +182,10 @@ class Usart(UsartBase):
             self._line.proceed()
         self._update()
 
-    def read_RDR(self) -> int:
-        """Return the word received last and clear RXNE."""
-        self[ISR] &= ~RXNE
-        self._update()
-        return self[RDR]
-
     def write_TDR(self, value: int) -> None:
-        """Put a word into the transmit data register."""
+        """Lose a word that C does not take."""
         self[TDR] = value
-        if not self[CR1] & UE:
-            self.note("misuse", "TDR", "written while UE is clear: nothing is sent")
-            return
-        self[ISR] &= ~(TXE | TC)
-        self._line.put(self._encoded(value))
-        self._update()
+        self.note("misuse", "TDR", "written while UE is clear: nothing is sent")
 
     # --- configuration
 
@@ -271,10 +241,8 @@ class Usart(UsartBase):
         value = self._permitted(offset, value)
         changed = self[offset] ^ value
         self[offset] = value
-        if changed & ~self.ENABLES[offset]:
+        if changed:
             self._configure()
-        elif changed:
-            self._update()
         if offset == CR1 and changed & OVER8:
             self.after_clock_change()
 
@@ -357,99 +325,6 @@ class Usart(UsartBase):
     def _single_heard(self, level: bool) -> None:
         self._single_changed(level is not bool(self[CR2] & RXINV))
 
-    # --- words and their bits on the line
-
-    def _encoded(self, value: int) -> int:
-        """Return the bits between start and stop, the first on the line in bit 0."""
-        form = self._format
-        word = form.word(self._turned(value))
-        return ~word & (1 << form.word_bits) - 1 if self[CR2] & DATAINV else word
-
-    def _decoded(self, word: int) -> int:
-        """Return data, and parity as the most significant bit, from the bits on the line."""
-        form = self._format
-        if self[CR2] & DATAINV:
-            word = ~word & (1 << form.word_bits) - 1
-        parity = word >> form.data_bits << form.data_bits
-        return parity | self._turned(form.value(word))
-
-    def _turned(self, data: int) -> int:
-        if not self[CR2] & MSBFIRST:
-            return data
-        bits = self._format.data_bits
-        return sum((data >> bit & 1) << bits - 1 - bit for bit in range(bits))
-
-    # --- sending
-
-    def _loaded(self) -> None:
-        self[ISR] |= TXE
-        self._update()
-
-    def _complete(self) -> None:
-        self[ISR] |= TC
-        self._update()
-
-    def _break_sent(self) -> None:
-        self[ISR] &= ~SBKF
-
-    # --- receiving
-
-    def _word(self, sampled: Sampled) -> None:
-        self._read_word(sampled.word, (NF if sampled.noise else 0) | (FE if sampled.framing_error else 0))
-
-    def _read_word(self, bits: int, errors: int) -> None:
-        word, form = self._decoded(bits), self._format
-        if self._is_muted_for(word):
-            return
-        errors |= PE if form.parity_wrong(word) else 0
-        if self._keep(word, errors):
-            self._kept.idle_armed = True
-        else:
-            errors = ORE
-            self[ISR] |= ORE
-        if form.value(word) == self[CR2] >> 24:
-            self[ISR] |= CMF
-        if self._on_word is not None:
-            self._on_word(form.value(word), errors)
-        self._update()
-
-    def _keep(self, word: int, errors: int) -> bool:
-        """Put a word where RDR finds it, with the flags that tell of it; False if there is no room."""
-        if self[ISR] & RXNE and not self[CR3] & OVRDIS:
-            return False
-        self[RDR] = word
-        self[ISR] |= RXNE | errors
-        return True
-
-    def _is_full(self) -> bool:
-        """Say whether the next word would be lost."""
-        return bool(self[ISR] & RXNE)
-
-    def _is_muted_for(self, word: int) -> bool:
-        """Say whether mute mode hides a word, and enter or leave the mode if the word is an address."""
-        cr1 = self[CR1]
-        if not cr1 & MME:
-            return False
-        top = self._format.data_bits - 1
-        if not cr1 & WAKE or not word >> top & 1:
-            return bool(self[ISR] & RWU)
-        compared = (1 << top) - 1 if self[CR2] & ADDM7 else 0xF
-        is_mine = not (word ^ self[CR2] >> 24) & compared
-        self[ISR] = self[ISR] & ~RWU if is_mine else self[ISR] | RWU
-        return not is_mine
-
-    def _wants_idle(self) -> bool:
-        return bool(self._kept.idle_armed) or (bool(self[ISR] & RWU) and not self[CR1] & WAKE)
-
-    def _idle(self) -> None:
-        if self[ISR] & RWU:
-            if not self[CR1] & WAKE:
-                self[ISR] &= ~RWU
-        elif self._kept.idle_armed:
-            self._kept.idle_armed = False
-            self[ISR] |= IDLE
-            self._update()
-
     def _timed_out(self) -> None:
         self[ISR] |= RTOF
         self._update()
@@ -458,31 +333,12 @@ class Usart(UsartBase):
 
     def _update(self) -> None:
         """Drive interrupt, DMA requests and RTS from flags and enables."""
-        values = self._values
-        isr, cr3 = values[ISR], values[CR3]
-        enables = (values[CR1], values[CR2], cr3)
-        if enables != self._enables:
-            self._enables, self._interrupting = enables, self._flags_that_interrupt(*enables)
-            self._dma_rx.private = self._serves_unseen(*enables)
-        self._dma_tx.private = self._dma_rx.private and self._line_tx.watch() is not Watch.LIVE
-        self._line_rts.set((self._is_full() or not self._rx.running) if cr3 & RTSE else None)
-        refused = cr3 & DDRE and isr & (PE | FE | NF | ORE)
-        self._drive_lines(
-            bool(isr & self._interrupting),
-            bool(cr3 & DMAT and isr & TXE),
-            bool(cr3 & DMAR and isr & RXNE and not refused),
-        )
+        self._unseen = self._dma_rx.private = self._serves_unseen(self[CR1], self[CR2], self[CR3])
+        super()._update()
 
-    def _drive_lines(self, irq: bool, dma_tx: bool, dma_rx: bool) -> None:
-        levels = (irq, dma_tx, dma_rx)
-        if levels != self._levels:
-            before, self._levels = self._levels, levels
-            if irq is not before[0]:
-                self._irq.set(irq)
-            if dma_tx is not before[1]:
-                self._dma_tx.set(dma_tx)
-            if dma_rx is not before[2]:
-                self._dma_rx.set(dma_rx)
+    def _asks_to_send(self, level: int, _more: int) -> None:
+        self._dma_tx.private = self._unseen and self._line_tx.watch() is not Watch.LIVE
+        self._dma_tx.set(bool(level))
 
     def _serves_unseen(self, cr1: int, cr2: int, cr3: int) -> bool:
         """Say whether an access to TDR or RDR can raise no interrupt, nor be seen at a pin before a frame is.
@@ -491,16 +347,3 @@ class Usart(UsartBase):
         for: a break or a timeout told with a word, an edge of CTS that others see, too.
         """
         return not (cr1 & TXEIE or cr2 & (LINEN | RTOEN) or cr3 & (RTSE | CTSE))
-
-    def _flags_that_interrupt(self, cr1: int, cr2: int, cr3: int) -> int:
-        """Return the flags of ISR that ask for an interrupt while the control registers are these."""
-        return (
-            cr1 & _SAME_BIT
-            | (ORE if cr1 & RXNEIE else 0)
-            | (PE if cr1 & PEIE else 0)
-            | (FE | NF | ORE if cr3 & EIE else 0)
-            | (CTSIF if cr3 & CTSIE else 0)
-            | (LBDF if cr2 & LBDIE else 0)
-            | (RTOF if cr1 & RTOIE else 0)
-            | (CMF if cr1 & CMIE else 0)
-        )

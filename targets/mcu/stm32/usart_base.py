@@ -7,8 +7,8 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import ClassVar
 
-from targets.mcu.registers import Peripheral
-from targets.mcu.serial_line import Sampled, SerialFormat, SerialFrame, Words
+from targets.mcu.block import PeripheralInC
+from targets.mcu.serial_line import SerialFormat, SerialFrame, Words
 from targets.mcu.services import InputSignal, Services
 from targets.mcu.stm32.usart_expected import Expected
 from targets.mcu.stm32.usart_line import Kind, News, Tell, UsartLine
@@ -21,14 +21,14 @@ __all__ = ["UsartBase", "listen"]
 LBD, CTS = 1 << 8, 1 << 9
 RE, TE, PS, PCE = 1 << 2, 1 << 3, 1 << 9, 1 << 10
 LBDL, LINEN = 1 << 5, 1 << 14
-HDSEL, CTSE = 1 << 3, 1 << 9
+HDSEL, RTSE, CTSE = 1 << 3, 1 << 8, 1 << 9
 
 _STOP_HALF_BITS = (2, 1, 4, 3)
 """By CR2.STOP."""
 _LIN_BREAK_BITS = 13
 
 
-class UsartBase(Peripheral, abc.ABC):
+class UsartBase(PeripheralInC, abc.ABC):
     """A USART without its registers.
 
     Args:
@@ -41,7 +41,7 @@ class UsartBase(Peripheral, abc.ABC):
     Attributes:
         STATUS: offset of the register with the flags.
         CR1, CR2, CR3: offsets of the control registers.
-        KIND: whose registers C knows.
+        KIND: which registers; flags and data, and what comes of them, are C's (``usart_f1.c``, ``usart_isr.c``).
         on_frame: called with every frame that leaves the chip, at the cycle at which its start bit begins; or None.
         on_format_change: called when `baud_hz` or `format` have changed.
         on_word: called with the data of every word that was read and is not muted, and bits that say what was wrong
@@ -52,14 +52,12 @@ class UsartBase(Peripheral, abc.ABC):
     CR1: ClassVar[int]
     CR2: ClassVar[int]
     CR3: ClassVar[int]
-    KIND: ClassVar[Kind] = Kind.OF_PYTHON
+    KIND: ClassVar[Kind]
 
     def __init__(self, name: str, base: int, services: Services, *, irq: int) -> None:
         registers = {register.offset: register for register in self.registers_of()}
-        self._line = UsartLine(services.time, base, registers, self.KIND)
+        self._line = self.in_c = UsartLine(services.time, base, registers, self.KIND)
         self._kept = self._line.line
-        if self.KIND is not Kind.OF_PYTHON:
-            self.in_c = self._line
         super().__init__(name, base, services)
         self._values = self._line.values
         for offset, register in registers.items():
@@ -84,24 +82,26 @@ class UsartBase(Peripheral, abc.ABC):
         self._rx.expected_heard = self._expected.heard
         for signal in (self._line_rx, self._line_single):
             signal.on_reach = self._rx.look_again
-        self._line.handlers[News.FRAME] = lambda _value, _more: self._frame_begins()
-        self._line.handlers[News.CUT] = lambda _value, _more: self._cut()
+        handlers = self._line.handlers
+        handlers[News.FRAME] = lambda _value, _more: self._frame_begins()
+        handlers[News.CUT] = lambda _value, _more: self._cut()
+        handlers[News.DATA] = self._data
+        handlers[News.RTS] = lambda full, _more: self._line_rts.set(bool(full) or not self._rx.running)
+        handlers[News.DMA_TX] = lambda level, _more: self._dma_tx.set(bool(level))
+        handlers[News.DMA_RX] = lambda level, _more: self._dma_rx.set(bool(level))
+        handlers[News.IRQ] = lambda level, _more: self._irq.set(bool(level))
+        if self._irq.core is not None:
+            self._line.interrupts(self._irq.core, irq)
+        to_send, received = self._dma_tx.in_c, self._dma_rx.in_c
+        if to_send is not None and received is not None:
+            self._line.transfers(to_send.controller, to_send.number, received.number)
 
     def _make_receiver(self) -> Receiver:
         rx = Receiver(self.time, self._line)
-        rx.on_word = self._word
+        rx.on_word = lambda word: self._line.take_word(word.word, word.noise, word.framing_error)
         rx.on_break = self._lin_break
-        rx.idle_wanted = self._wants_idle
+        rx.idle_wanted = self._line.wants_idle
         return rx
-
-    @property
-    def clocked(self) -> bool:
-        """False while the clock gate is shut."""
-        return bool(self._line.registers.clocked)
-
-    @clocked.setter
-    def clocked(self, clocked: bool) -> None:
-        self._line.registers.clocked = clocked
 
     @property
     def on_frame(self) -> Callable[[SerialFrame], None] | None:
@@ -298,15 +298,21 @@ class UsartBase(Peripheral, abc.ABC):
         if self._kept.quiet:
             self._rx.drive(level)
 
+    def _data(self, data: int, errors: int) -> None:
+        if self._on_word is not None:
+            self._on_word(data, errors)
+
+    def _update(self) -> None:
+        """Drive interrupt, DMA requests and RTS from flags and enables."""
+        if not self[self.CR3] & RTSE:
+            self._line_rts.set(None)
+        self._line.update()
+
     # --- what a subclass is
 
     @abc.abstractmethod
     def _configure(self) -> None:
         """Let everything follow the control registers."""
-
-    @abc.abstractmethod
-    def _update(self) -> None:
-        """Drive interrupt, DMA requests and RTS from flags and enables."""
 
     @abc.abstractmethod
     def _bit_cycles(self) -> int | Fraction:
@@ -331,14 +337,6 @@ class UsartBase(Peripheral, abc.ABC):
     @abc.abstractmethod
     def _why_unseen(self) -> str:
         """Say in words what the pin lacks at which frames ought to go out."""
-
-    @abc.abstractmethod
-    def _word(self, sampled: Sampled) -> None:
-        """A word was read."""
-
-    @abc.abstractmethod
-    def _wants_idle(self) -> bool:
-        """Say whether an idle line is to be told of after this word."""
 
 
 def listen(signal: InputSignal, callback: Callable[[bool], None] | None) -> None:

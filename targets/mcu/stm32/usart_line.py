@@ -30,10 +30,10 @@ _MOST = (1 << 63) - 1
 
 
 class Kind(enum.IntEnum):
-    """``enum hil_usart_kind``: whose registers C knows."""
+    """``enum hil_usart_kind``: which registers."""
 
-    OF_PYTHON = 0
-    F1 = 1
+    F1 = 0
+    ISR = 1
 
 
 class Sending(enum.IntEnum):
@@ -53,17 +53,12 @@ class News(enum.IntEnum):
     END = 1
     IDLE_LEVEL = 2
     CUT = 3
-    LOADED = 4
-    COMPLETE = 5
-    BREAK_SENT = 6
-    WORD = 7
-    LINE_IDLE = 8
-    DATA = 9
-    DMA_TX = 10
-    DMA_RX = 11
-    IRQ = 12
-    RTS = 13
-    ARRIVED = 14
+    DATA = 4
+    DMA_TX = 5
+    DMA_RX = 6
+    IRQ = 7
+    RTS = 8
+    ARRIVED = 9
 
 
 class Ask(enum.IntEnum):
@@ -72,7 +67,6 @@ class Ask(enum.IntEnum):
     SENT = 0
     READ = 1
     QUIET = 2
-    IDLE_WANTED = 3
 
 
 class Tell(enum.IntFlag):
@@ -91,12 +85,11 @@ class UsartLine(BlockInC):
         time: the chip's cycles and events.
         base: address of the first register.
         registers: by offset.
-        kind: whose registers C knows.
+        kind: which registers.
 
     Attributes:
         line: ``struct hil_line``; see ``usart.h``.
         handlers: whom to call by the kind of the news, with its two numbers.
-        wants_idle: asked after a word whether to tell of an idle line, where C does not know.
 
     Raises:
         EngineError: there is no memory.
@@ -109,7 +102,6 @@ class UsartLine(BlockInC):
         super().__init__(time, block, library.hil_usart_free, base=base, registers=registers)
         self.line: Any = structure("hil_line").from_address(library.hil_line_of(self.block))
         self.handlers: dict[int, Callable[[int, int], None]] = {}
-        self.wants_idle: Callable[[], bool] = lambda: False
         self._sent, self._read, self._quiet = _Clock(), _Clock(), _Clock()
         self._bit_cycles: int | Fraction = 16
         asking = functools.partial
@@ -129,10 +121,9 @@ class UsartLine(BlockInC):
         self._bend_quiet: Callable[[], None] = asking(library.hil_usart_bend_quiet, self.block)
         self._interrupts: Callable[[Any, int], None] = asking(library.hil_usart_interrupts, self.block)
         self._transfers: Callable[[Any, int, int], None] = asking(library.hil_usart_transfers, self.block)
-        # of an F1
-        self.update: Callable[[], None] = asking(library.hil_f1_update, self.block)
-        self.take_word: Callable[[int, bool, bool], None] = asking(library.hil_f1_word, self.block)
-        self.f1_wants_idle: Callable[[], bool] = asking(library.hil_f1_wants_idle, self.block)
+        self.update: Callable[[], None] = asking(library.hil_usart_update, self.block)
+        self.take_word: Callable[[int, bool, bool], None] = asking(library.hil_usart_take_word, self.block)
+        self.wants_idle: Callable[[], bool] = asking(library.hil_usart_wants_idle, self.block)
 
     # --- lines
 
@@ -216,8 +207,6 @@ class UsartLine(BlockInC):
         try:
             if question == Ask.SENT:
                 return self.sent_at(sixteenths)
-            if question == Ask.IDLE_WANTED:
-                return self.wants_idle()
             clock, begun = (
                 (self._read, self.line.heard_from) if question == Ask.READ else (self._quiet, self.line.quiet_from)
             )
@@ -258,7 +247,7 @@ def _library() -> Any:
     library.hil_line_of.argtypes, library.hil_line_of.restype = (pointer,), pointer
     library.hil_usart_expect.argtypes = (pointer, pointer, pointer, word)
     library.hil_usart_expect.restype = ctypes.c_bool
-    library.hil_f1_wants_idle.argtypes, library.hil_f1_wants_idle.restype = (pointer,), ctypes.c_bool
+    library.hil_usart_wants_idle.argtypes, library.hil_usart_wants_idle.restype = (pointer,), ctypes.c_bool
     takes: dict[str, tuple[Any, ...]] = {
         "hil_usart_free": (),
         "hil_usart_put": (word,),
@@ -276,8 +265,8 @@ def _library() -> Any:
         "hil_usart_take_kept": (pointer,),
         "hil_usart_interrupts": (pointer, word),
         "hil_usart_transfers": (pointer, word, word),
-        "hil_f1_update": (),
-        "hil_f1_word": (word, word, word),
+        "hil_usart_update": (),
+        "hil_usart_take_word": (word, word, word),
     }
     for name, arguments in takes.items():
         function = getattr(library, name)

@@ -16,13 +16,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import ClassVar
 
-from targets.mcu.block import PeripheralInC
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
-from targets.mcu.serial_line import Sampled
 from targets.mcu.services import InputSignal, Services
 from targets.mcu.stm32.usart_base import UsartBase, listen
-from targets.mcu.stm32.usart_line import Kind, News
+from targets.mcu.stm32.usart_line import Kind
 
 __all__ = ["Uart4", "Uart5", "Usart", "ValueLineUsart"]
 
@@ -45,7 +43,7 @@ _PINS = {
 }
 
 
-class Usart(PeripheralInC, UsartBase):
+class Usart(UsartBase):
     """A USART; see `UsartBase`.
 
     Args:
@@ -88,17 +86,6 @@ class Usart(PeripheralInC, UsartBase):
     def __init__(self, name: str, base: int, services: Services, *, bus: str, irq: int) -> None:
         super().__init__(name, base, services, irq=irq)
         self._bus = bus
-        handlers = self._line.handlers
-        handlers[News.DATA] = self._data
-        handlers[News.RTS] = lambda _value, _more: self._drive_rts()
-        handlers[News.DMA_TX] = lambda level, _more: self._dma_tx.set(bool(level))
-        handlers[News.DMA_RX] = lambda level, _more: self._dma_rx.set(bool(level))
-        handlers[News.IRQ] = lambda level, _more: self._irq.set(bool(level))
-        if self._irq.core is not None:
-            self._line.interrupts(self._irq.core, irq)
-        to_send, received = self._dma_tx.in_c, self._dma_rx.in_c
-        if to_send is not None and received is not None:
-            self._line.transfers(to_send.controller, to_send.number, received.number)
 
     # --- registers that C leaves to Python
 
@@ -162,29 +149,6 @@ class Usart(PeripheralInC, UsartBase):
 
     def _why_unseen(self) -> str:
         return f"{_PINS.get(self.name, ('its pin',))[0]} is not an alternate-function output"
-
-    # --- what C tells and asks
-
-    def _word(self, sampled: Sampled) -> None:
-        self._line.take_word(sampled.word, sampled.noise, sampled.framing_error)
-
-    def _wants_idle(self) -> bool:
-        return self._line.f1_wants_idle()
-
-    def _data(self, data: int, errors: int) -> None:
-        if self._on_word is not None:
-            self._on_word(data, errors)
-
-    # --- lines
-
-    def _update(self) -> None:
-        """Drive interrupt, DMA requests and RTS from flags and enables."""
-        if not self[CR3] & RTSE:
-            self._line_rts.set(None)
-        self._line.update()
-
-    def _drive_rts(self) -> None:
-        self._line_rts.set(bool(self[SR] & RXNE) or not self._rx.running)
 
 
 def _without(cr3: int) -> tuple[Register, ...]:

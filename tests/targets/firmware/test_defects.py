@@ -43,7 +43,6 @@ from tests.targets.firmware.defect import Defect, finds_it, first_of_each
 DEFECTS = [
     # --- USART; flags and data are in C, as DMA is, and so are their defects: see measure/core_defects.py
     Defect("CTS is not looked at", "usart", Usart, "_cts_changed", "self._kept.clear_to_send = not level", "pass"),
-    Defect("RTS is always low", "usart", Usart, "_drive_rts", "bool(self[SR] & RXNE) or not self._rx.running", "False"),
     Defect("no LIN break", "usart", Usart, "_lin_break", "self[self.STATUS] |= LBD", "pass"),
     Defect(
         "one wire: nothing is heard of oneself", "usart", UsartBase, "_frame_begins", "self._rx.receive(frame)", "pass"

@@ -68,48 +68,42 @@ static bool add_word(struct hil_words *all, uint64_t cycle, uint64_t bits) {
   return true;
 }
 
-/* --- what the registers make of it */
+/* --- words */
 
-static void loaded(struct hil_usart *usart) {
-  if (usart->kind == USART_F1)
-    hil_f1_loaded(usart);
-  else
-    tell(usart, NEWS_LOADED);
-}
-
-static void complete(struct hil_usart *usart) {
-  if (usart->kind == USART_F1)
-    hil_f1_complete(usart);
-  else
-    tell(usart, NEWS_COMPLETE);
-}
-
-static void break_sent(struct hil_usart *usart) {
-  if (usart->kind == USART_F1)
-    hil_f1_break_sent(usart);
-  else
-    tell(usart, NEWS_BREAK_SENT);
-}
-
-static void word_read(struct hil_usart *usart, uint32_t word) {
-  if (usart->kind == USART_F1)
-    hil_f1_word(usart, word, 0, 0);
-  else
-    usart->tell(NEWS_WORD, word, 0);
-}
-
-static bool wants_idle(struct hil_usart *usart) {
-  return usart->kind == USART_F1 ? hil_f1_wants_idle(usart) : usart->ask(ASK_IDLE_WANTED, 0);
-}
+static uint32_t data_mask(const struct hil_line *line) { return (1u << line->data_bits) - 1; }
 
 /* The word's bits between start and stop: cut to the data bits, with its parity bit as the most significant one. */
 uint32_t hil_usart_word(const struct hil_line *line, uint32_t value) {
-  value &= (1u << line->data_bits) - 1;
+  value &= data_mask(line);
   if (!line->parity)
     return value;
   uint32_t is_odd = (uint32_t)__builtin_popcount(value) & 1;
   return value | (is_odd ^ (line->parity == 2)) << line->data_bits;
 }
+
+/* The data of a word, without its parity. */
+uint32_t hil_usart_data(const struct hil_line *line, uint32_t word) { return word & data_mask(line); }
+
+bool hil_usart_parity_wrong(const struct hil_line *line, uint32_t word) {
+  return line->parity && ((uint32_t)__builtin_popcount(word) & 1) != (line->parity == 2);
+}
+
+void hil_usart_tell_data(const struct hil_usart *usart, uint32_t word, uint32_t errors) {
+  if (usart->line.tells & TELL_DATA)
+    usart->tell(NEWS_DATA, hil_usart_data(&usart->line, word), errors);
+}
+
+/* --- what the registers make of it, for Python */
+
+HIL_EXPORT void hil_usart_update(struct hil_usart *usart) { usart->model->update(usart); }
+
+HIL_EXPORT void hil_usart_take_word(struct hil_usart *usart, uint32_t bits, uint32_t noise, uint32_t framing_error) {
+  usart->model->word(usart, bits, noise, framing_error);
+}
+
+HIL_EXPORT bool hil_usart_wants_idle(const struct hil_usart *usart) { return usart->model->wants_idle(usart); }
+
+/* --- lines */
 
 /* Drive interrupt and DMA requests; Python may do so again before this returns. */
 void hil_usart_drive(struct hil_usart *usart, uint32_t levels) {
@@ -183,7 +177,7 @@ HIL_EXPORT void hil_usart_proceed(struct hil_usart *usart) {
     uint32_t word = line->holding;
     line->holds = 0;
     begin(usart, SENDING_DATA, frame_sixteenths(line));
-    loaded(usart);
+    usart->model->loaded(usart);
     announce(usart, word, line->word_bits, line->stop_half_bits, false);
   }
 }
@@ -202,7 +196,7 @@ static void fell_quiet(struct hil_usart *usart) {
   line->quiet = 1;
   if (line->data_sent && !line->holds) {
     line->data_sent = 0;
-    complete(usart);
+    usart->model->complete(usart);
   }
 }
 
@@ -215,7 +209,7 @@ static void on_sent(void *whose) {
     line->end += 8 * break_stop(line);
     enter_end(usart);
     line->break_wanted = 0;
-    break_sent(usart);
+    usart->model->break_sent(usart);
     return;
   }
   if (line->tells & TELL_ENDS)
@@ -307,8 +301,8 @@ static void on_read(void *whose) {
   struct hil_usart *usart = whose;
   struct hil_line *line = &usart->line;
   line->hears = 0;
-  word_read(usart, line->heard);
-  if (!line->listening || !wants_idle(usart))
+  usart->model->word(usart, line->heard, false, false);
+  if (!line->listening || !usart->model->wants_idle(usart))
     return;
   uint32_t length = frame_sixteenths(line);
   uint64_t end = line->odd ? usart->ask(ASK_READ, length) : after(line, line->heard_from, length);
@@ -370,10 +364,7 @@ HIL_EXPORT void hil_usart_expect_only(struct hil_usart *usart, uint32_t count) {
 
 static void on_idle(void *whose) {
   struct hil_usart *usart = whose;
-  if (usart->kind == USART_F1)
-    hil_f1_line_idle(usart);
-  else
-    tell(usart, NEWS_LINE_IDLE);
+  usart->model->line_idle(usart);
 }
 
 /* --- the USART */
@@ -391,7 +382,9 @@ HIL_EXPORT struct hil_usart *hil_usart_new(struct hil_queue *queue, uint32_t kin
   if (!usart)
     return NULL;
   usart->queue = queue;
-  usart->kind = kind;
+  usart->model = kind == USART_F1 ? &hil_usart_f1 : &hil_usart_isr;
+  usart->block.read = usart->model->read;
+  usart->block.write = usart->model->write;
   usart->tell = tell_python;
   usart->ask = ask_python;
   usart->line.quiet = usart->line.clear_to_send = 1;
@@ -405,8 +398,6 @@ HIL_EXPORT struct hil_usart *hil_usart_new(struct hil_queue *queue, uint32_t kin
     free(usart);
     return NULL;
   }
-  if (kind == USART_F1)
-    hil_f1_init(usart);
   return usart;
 }
 

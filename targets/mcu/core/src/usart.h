@@ -11,8 +11,8 @@
 
 struct hil_cpu;
 
-/* Which registers: those of Python alone, or SR and DR of the STM32F1 (usart_f1.c). */
-enum hil_usart_kind { USART_OF_PYTHON, USART_F1 };
+/* Which registers: SR and DR of the STM32F1 (usart_f1.c), or ISR, ICR, RDR and TDR (usart_isr.c). */
+enum hil_usart_kind { USART_F1, USART_ISR };
 
 enum hil_sending { SENDING_NOTHING, SENDING_PREAMBLE, SENDING_BREAK, SENDING_BREAK_STOP, SENDING_DATA };
 
@@ -22,14 +22,9 @@ enum hil_usart_news {
   NEWS_END,        /* what was being sent has ended */
   NEWS_IDLE_LEVEL, /* nothing follows */
   NEWS_CUT,        /* a frame has ended after the transmitter was disabled */
-  NEWS_LOADED,     /* the word has moved from the data register into the shift register */
-  NEWS_COMPLETE,   /* the last frame of data has ended and nothing follows */
-  NEWS_BREAK_SENT, /* the stop bit of a break begins */
-  NEWS_WORD,       /* a word was read: its bits between start and stop */
-  NEWS_LINE_IDLE,  /* the line was high for a frame after a word */
   NEWS_DATA,       /* a word that is not muted: its data, and PE, FE, NE, ORE */
   NEWS_DMA_TX, NEWS_DMA_RX, NEWS_IRQ, /* the new level of a request or line */
-  NEWS_RTS,        /* it may have changed */
+  NEWS_RTS,        /* it may have changed: whether the next word would be lost */
   NEWS_ARRIVED,    /* a frame that was expected begins, and Python is to look at it; so many follow */
 };
 
@@ -38,7 +33,6 @@ enum hil_usart_question {
   ASK_SENT,        /* the cycle at which so many sixteenths of a bit of the present frame have been sent */
   ASK_READ,        /* the same of the frame that comes in; of that and of the wait that follows, from a cycle on */
   ASK_QUIET,
-  ASK_IDLE_WANTED, /* whether to tell of an idle line after this word */
 };
 
 /* Of which news somebody wants to know at once; words of data may be kept instead, until somebody takes them. */
@@ -68,7 +62,8 @@ typedef uint64_t (*hil_usart_ask)(uint32_t question, uint32_t sixteenths);
  *   frame is just being heard. expected: the frame that was heard last was one of them.
  * kept: how many words were sent that nobody has taken.
  *
- * received, seen, idle_armed: see usart_f1.c. */
+ * idle_armed: a word has come in since the line was idle. received, seen: see usart_f1.c.
+ * unread, unsent: how many words wait in the FIFOs of usart_isr.c; whoever sets one to 0 throws them away. */
 #define HIL_LINE_FIELDS(ONE, MANY) \
     ONE(uint64_t, bit_cycles) ONE(uint64_t, bit_parts) ONE(uint32_t, odd) \
     ONE(uint32_t, word_bits) ONE(uint32_t, data_bits) ONE(uint32_t, parity) ONE(uint32_t, stop_half_bits) \
@@ -82,7 +77,8 @@ typedef uint64_t (*hil_usart_ask)(uint32_t question, uint32_t sixteenths);
     ONE(uint32_t, listening) ONE(uint32_t, read_at) ONE(uint32_t, hears) ONE(uint32_t, heard) \
     ONE(uint64_t, heard_from) ONE(uint64_t, quiet_from) ONE(uint64_t, quiet_until) ONE(uint32_t, quiet_length) \
     ONE(uint32_t, coming) ONE(uint32_t, plain) ONE(uint32_t, expected) ONE(uint32_t, kept) \
-    ONE(uint32_t, received) ONE(uint32_t, seen) ONE(uint32_t, idle_armed)
+    ONE(uint32_t, received) ONE(uint32_t, seen) ONE(uint32_t, idle_armed) \
+    ONE(uint32_t, unread) ONE(uint32_t, unsent)
 HIL_STRUCT(hil_line, HIL_LINE_FIELDS);
 
 /* Words on a line, each with the cycle at which its start bit begins. */
@@ -93,19 +89,42 @@ struct hil_words {
   uint32_t first, end, room;
 };
 
+enum { FIFO_PLACES = 32 };
+
+/* Words that wait, the oldest first: of a power of two of places, so many from `first` on as the line says. */
+struct hil_fifo {
+  uint32_t words[FIFO_PLACES], errors[FIFO_PLACES], first;
+};
+
+struct hil_usart;
+
+/* What the registers make of what happens on the line. */
+struct hil_usart_model {
+  hil_block_read read;
+  hil_block_write write;
+  void (*loaded)(struct hil_usart *usart);     /* the word has moved from the data register into the shift register */
+  void (*complete)(struct hil_usart *usart);   /* the last frame of data has ended and nothing follows */
+  void (*break_sent)(struct hil_usart *usart); /* the stop bit of a break begins */
+  void (*word)(struct hil_usart *usart, uint32_t bits, bool noise, bool framing_error); /* those between start and stop */
+  bool (*wants_idle)(const struct hil_usart *usart); /* whether to tell of an idle line after this word */
+  void (*line_idle)(struct hil_usart *usart);  /* the line was high for a frame after a word */
+  void (*update)(struct hil_usart *usart);     /* drive interrupt, DMA requests and RTS from flags and enables */
+};
+
 /* Beside the bits of a frame that is expected: Python is to look at it. */
 #define LOOK_AT_WORD (1ull << 63)
 
 struct hil_usart {
   struct hil_block block;    /* first: a block is the USART that it belongs to */
   struct hil_line line;
-  enum hil_usart_kind kind;
+  const struct hil_usart_model *model;
   struct hil_queue *queue;
   struct hil_cpu *cpu;       /* whose interrupt `irq` is driven; NULL: Python is told */
   uint32_t irq;
   struct hil_dma *dma;       /* who gets its requests; NULL: Python is told */
   uint32_t requests[2];      /* their numbers, to send and of what was received */
   struct hil_words expected, kept;
+  struct hil_fifo received, to_send; /* behind the data registers; see usart_isr.c */
   int32_t sent, read, idle, arrives; /* events */
   hil_usart_tell tell;
   hil_usart_ask ask;
@@ -115,15 +134,11 @@ struct hil_usart {
 void hil_usart_put(struct hil_usart *usart, uint32_t word);
 void hil_usart_drive(struct hil_usart *usart, uint32_t levels);
 uint32_t hil_usart_word(const struct hil_line *line, uint32_t value);
+uint32_t hil_usart_data(const struct hil_line *line, uint32_t word);
+bool hil_usart_parity_wrong(const struct hil_line *line, uint32_t word);
+void hil_usart_tell_data(const struct hil_usart *usart, uint32_t word, uint32_t errors);
 
-/* usart_f1.c */
-void hil_f1_init(struct hil_usart *usart);
-void hil_f1_loaded(struct hil_usart *usart);
-void hil_f1_complete(struct hil_usart *usart);
-void hil_f1_break_sent(struct hil_usart *usart);
-void hil_f1_word(struct hil_usart *usart, uint32_t word, uint32_t noise, uint32_t framing_error);
-bool hil_f1_wants_idle(const struct hil_usart *usart);
-void hil_f1_line_idle(struct hil_usart *usart);
-void hil_f1_update(struct hil_usart *usart);
+/* usart_f1.c, usart_isr.c */
+extern const struct hil_usart_model hil_usart_f1, hil_usart_isr;
 
 #endif

@@ -29,27 +29,27 @@ static const uint32_t ENABLES[] = {[CR1] = SAME_BIT | PEIE, [CR2] = LBDIE, [CR3]
 static uint32_t *values(struct hil_usart *usart) { return usart->block.registers.values; }
 
 /* Drive interrupt, DMA requests and RTS from flags and enables. */
-HIL_EXPORT void hil_f1_update(struct hil_usart *usart) {
+static void update(struct hil_usart *usart) {
   const uint32_t *r = values(usart);
   uint32_t sr = r[SR], cr1 = r[CR1], cr3 = r[CR3];
   bool irq = sr & cr1 & SAME_BIT || (sr & ORE && cr1 & RXNEIE) || (sr & PE && cr1 & PEIE) ||
              (sr & (FE | NE | ORE) && cr3 & EIE && cr3 & DMAR) || (sr & CTS && cr3 & CTSIE) ||
              (sr & LBD && r[CR2] & LBDIE);
   if (cr3 & RTSE)
-    usart->tell(NEWS_RTS, 0, 0);
+    usart->tell(NEWS_RTS, sr & RXNE, 0);
   hil_usart_drive(usart, irq | (cr3 & DMAT && sr & TXE) << 1 | (cr3 & DMAR && sr & RXNE) << 2);
 }
 
 static void flag(struct hil_usart *usart, uint32_t flags) {
   values(usart)[SR] |= flags;
-  hil_f1_update(usart);
+  update(usart);
 }
 
-void hil_f1_loaded(struct hil_usart *usart) { flag(usart, TXE); }
+static void loaded(struct hil_usart *usart) { flag(usart, TXE); }
 
-void hil_f1_complete(struct hil_usart *usart) { flag(usart, TC); }
+static void complete(struct hil_usart *usart) { flag(usart, TC); }
 
-void hil_f1_break_sent(struct hil_usart *usart) { values(usart)[CR1] &= ~(uint32_t)SBK; }
+static void break_sent(struct hil_usart *usart) { values(usart)[CR1] &= ~(uint32_t)SBK; }
 
 /* --- registers */
 
@@ -64,7 +64,7 @@ static bool read(struct hil_block *block, uint32_t word, uint32_t *value) {
   if (word == DR) {
     r[SR] &= ~(RXNE | (line->seen & CLEARED_BY_DR_READ));
     line->seen &= ~(uint32_t)CLEARED_BY_DR_READ;
-    hil_f1_update(usart);
+    update(usart);
     *value = line->received;
     return true;
   }
@@ -79,7 +79,7 @@ static void write_data(struct hil_usart *usart, uint32_t value) {
   values(usart)[SR] &= ~(TXE | (line->seen & CLEARED_BY_DR_WRITE));
   line->seen &= ~(uint32_t)CLEARED_BY_DR_WRITE;
   hil_usart_put(usart, hil_usart_word(line, value));
-  hil_f1_update(usart);
+  update(usart);
 }
 
 static bool write(struct hil_block *block, uint32_t word, uint32_t value) {
@@ -103,13 +103,8 @@ static bool write(struct hil_block *block, uint32_t word, uint32_t value) {
       return false;
     r[word] = value;
   }
-  hil_f1_update(usart);
+  update(usart);
   return true;
-}
-
-void hil_f1_init(struct hil_usart *usart) {
-  usart->block.read = read;
-  usart->block.write = write;
 }
 
 /* --- receiving */
@@ -124,21 +119,12 @@ static bool is_muted_for(struct hil_usart *usart, uint32_t word) {
   return !is_mine;
 }
 
-static bool parity_wrong(const struct hil_line *line, uint32_t word) {
-  return line->parity && ((uint32_t)__builtin_popcount(word) & 1) != (line->parity == 2);
-}
-
-static void tell_data(struct hil_usart *usart, uint32_t word, uint32_t errors) {
-  if (usart->line.tells & TELL_DATA)
-    usart->tell(NEWS_DATA, word & ((1u << usart->line.data_bits) - 1), errors);
-}
-
 /* A word was read. */
-HIL_EXPORT void hil_f1_word(struct hil_usart *usart, uint32_t word, uint32_t noise, uint32_t framing_error) {
+static void read_word(struct hil_usart *usart, uint32_t word, bool noise, bool framing_error) {
   struct hil_line *line = &usart->line;
   uint32_t *sr = &values(usart)[SR], errors = ORE;
   if (*sr & ORE) {
-    tell_data(usart, word, ORE);
+    hil_usart_tell_data(usart, word, ORE);
     return;
   }
   if (is_muted_for(usart, word))
@@ -146,19 +132,19 @@ HIL_EXPORT void hil_f1_word(struct hil_usart *usart, uint32_t word, uint32_t noi
   if (!(*sr & RXNE)) {
     line->received = word;
     line->idle_armed = 1;
-    errors = (noise ? NE : 0) | (framing_error ? FE : 0) | (parity_wrong(line, word) ? PE : 0);
+    errors = (noise ? NE : 0) | (framing_error ? FE : 0) | (hil_usart_parity_wrong(line, word) ? PE : 0);
     *sr |= RXNE;
   }
   *sr |= errors;
-  tell_data(usart, word, errors);
-  hil_f1_update(usart);
+  hil_usart_tell_data(usart, word, errors);
+  update(usart);
 }
 
-HIL_EXPORT bool hil_f1_wants_idle(const struct hil_usart *usart) {
+static bool wants_idle(const struct hil_usart *usart) {
   return usart->line.idle_armed || (usart->block.registers.values[CR1] & (RWU | WAKE)) == RWU;
 }
 
-void hil_f1_line_idle(struct hil_usart *usart) {
+static void line_idle(struct hil_usart *usart) {
   uint32_t *cr1 = &values(usart)[CR1];
   if (*cr1 & RWU) {
     if (!(*cr1 & WAKE))
@@ -168,3 +154,6 @@ void hil_f1_line_idle(struct hil_usart *usart) {
     flag(usart, IDLE);
   }
 }
+
+const struct hil_usart_model hil_usart_f1 = {read, write, loaded, complete, break_sent, read_word, wants_idle, line_idle,
+                                             update};

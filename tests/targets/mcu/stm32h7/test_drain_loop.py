@@ -28,10 +28,10 @@ def drained(delay, *, skip):
     poke(usart, "CR1", FIFOEN)
     poke(usart, "CR1", FIFOEN | RE | UE)
     for _ in range(WORDS):
-        usart._keep(0x55, 0)
+        usart._line.take_word(0x55, False, False)
     usart._update()
     machine.run_to(200_000)
-    return len(usart._received), machine.bus.read(RAM, 4)
+    return usart._kept.unread, machine.bus.read(RAM, 4)
 
 
 def test_it_is_executed():
