@@ -32,6 +32,8 @@ PERIPHERALS = {
     "usart_f1.c": ("usart", [f"{STM32}f1/usart"]),
     "usart_isr.c": ("(serial or usart-fifo) and holds", [f"{STM32}/usart", f"{STM32}h7/test_drain_loop.py"]),
     "dma_f1.c": ("dma or high-density", [f"{STM32}f1/dma"]),
+    "dma_stream.c": ("(f767 and dma or dmamux) and holds", [f"{STM32}/dma", f"{STM32}h7"]),
+    "requests.c": ("(f767 and dma or dmamux) and holds", [f"{STM32}/dma"]),
     "port.c": (
         "gpio or pins",
         [f"{STM32}f1/test_gpio.py", f"{STM32}/test_gpio_v2.py", f"{STM32}f1/test_gpio_latches.py"],
@@ -84,6 +86,10 @@ def _usart_isr(name: str, manual: str, old: str, new: str) -> Defect:
 
 def _dma(name: str, section: str, old: str, new: str) -> Defect:
     return Defect(name, f"RM0008 {section}", "dma_f1.c", old, new)
+
+
+def _stream(name: str, section: str, old: str, new: str) -> Defect:
+    return Defect(name, f"RM0410 {section}", "dma_stream.c", old, new)
 
 
 def _port(name: str, section: str, old: str, new: str) -> Defect:
@@ -436,6 +442,67 @@ DEFECTS = (
     _dma("channel 5 has an interrupt of its own", "table 63", "n < dma->irqs ? n : dma->irqs - 1", "n"),
     _dma("a shared interrupt is that of the last", "table 63", "level |= (flags", "level = (flags"),
     _dma("a channel with nothing left goes on", "13.4.4", "r[CCR] & EN && r[CNDTR] && (", "r[CCR] & EN && ("),
+    _stream("MINC is not looked at", "8.3.9", "stream->memory += setting->memory_step", "stream->memory += 0"),
+    _stream(
+        "PINC is not looked at", "8.3.9", "stream->peripheral += setting->peripheral_step", "stream->peripheral += 0"
+    ),
+    _stream("PINCOS is not looked at", "8.5.5", "control & PINCOS &&", "false &&"),
+    _stream(
+        "the FIFO is not emptied at the end",
+        "8.3.12",
+        "if (stream->closing || !stream->left || !setting->fifo)",
+        "if (!stream->left || !setting->fifo)",
+    ),
+    _stream("direct mode has a threshold", "8.3.12", "it.fifo = fcr & DMDIS || between", "it.fifo = true"),
+    _stream("half comes with the end", "8.3.10", "(stream->count + 1) / 2 *", "stream->count *"),
+    _stream("every burst fits", "8.3.13", "return setting->memory_beats == 1 ||", "return true ||"),
+    _stream(
+        "a word in the FIFO is turned round",
+        "8.3.12",
+        "stream->fifo[n] << 8 * n",
+        "stream->fifo[size - 1 - n] << 8 * n",
+    ),
+    _stream(
+        "EN stays",
+        "8.3.10",
+        "  stream->runs = false;\n  registers(dma, n)[CR] &= ~(uint32_t)EN;",
+        "  stream->runs = false;",
+    ),
+    _stream("a bus error is nothing", "8.3.18", "  stop(dma, n);\n  flag(dma, n, why);", "  stop(dma, n);"),
+    _stream("no circle", "8.3.10", "if (stream->setting.circular && !stream->closing)", "if (false)"),
+    _stream("one buffer", "8.3.11", "stream->setting.twice ? CT : 0", "0"),
+    _stream("NDTR is not locked", "8.5.6", "} else if (registers(dma, n)[CR] & EN) {", "} else if (false) {"),
+    _stream("NDTR does not come back", "8.5.6", ": stream->reload;", ": 0;"),
+    _stream("no interrupt", "8.4", "(r[CR] & ENABLES) << 1", "0"),
+    _stream("no interrupt of the FIFO", "8.4", "stream->flags & FEIF && r[FCR] & FEIE", "false"),
+    _stream("a request is never answered", "8.3.3", "dma->lines->lines[selected[each]].once = false;", ";"),
+    _stream("nobody hears of the last", "8.3.15", "if (dma->lines->lines[selected[each]].tells_last)", "if (false)"),
+    _stream(
+        "the lowest priority wins", "8.3.4", "best == STREAMS || own > priority", "best == STREAMS || own < priority"
+    ),
+    _stream(
+        "an access comes a cycle early", "8.3.4", "port->cycles * dma->bus_cycle", "port->cycles * dma->bus_cycle - 1"
+    ),
+    _stream("a burst is one beat long", "8.3.13", "(beats - 1) * dma->bus_cycle", "dma->bus_cycle"),
+    _stream("every controller goes between memories", "8.3.6", "BETWEEN && !dma->between_memories", "BETWEEN && false"),
+    _stream("a buffer in use may be moved", "8.3.11", "what == (r[CR] & CT ? M1AR : M0AR)", "false"),
+    _stream("FS is not shown", "8.5.10", "| status << FS", "| 0u << FS"),
+    _stream("an overwritten item is not flagged", "8.3.18", "    stream->happened |= DMEIF;", "    ;"),
+    Defect(
+        "every request is heard",
+        "RM0433 17.3.1",
+        "dma_stream.c",
+        "heard_by &= (uint16_t)~bit",
+        "heard_by &= (uint16_t)~0u",
+    ),
+    Defect("a request taken back is served", "RM0410 8.3.3", "requests.c", "line->once && level", "line->once"),
+    Defect(
+        "streams 0 of both controllers are one",
+        "RM0433 17.3.1",
+        "requests.c",
+        "hil_stream_asked(lines->controllers[n / STREAMS]",
+        "hil_stream_asked(lines->controllers[0]",
+    ),
     _port(
         "BSRR: reset wins",
         "9.2.5",

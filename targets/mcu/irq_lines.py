@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable
 
 from targets.mcu.services import IrqLine
@@ -23,22 +24,27 @@ class IrqLines:
     def line(self, number: int) -> IrqLine:
         """Return a line of its own to the input of that number. Raises ValueError if there is no such input."""
         sources = self._sources.setdefault(number, [])
+        assert not any(source.in_c for source in sources), "who drives it in C drives it alone"
         source = _Source(self._inputs(number), sources)
         sources.append(source)
         return source
 
 
 class _Source:
-    """What one peripheral drives."""
+    """What one peripheral drives; `in_c` once it has asked for the core, since nobody else drives the input."""
 
-    __slots__ = ("_input", "_others", "level")
-
-    core = None
+    __slots__ = ("_input", "_others", "in_c", "level")
 
     def __init__(self, target: IrqLine, others: list[_Source]) -> None:
         self._input = target
         self._others = others
-        self.level = False
+        self.level = self.in_c = False
+
+    @property
+    def core(self) -> ctypes.c_void_p | None:
+        """See `IrqLine`."""
+        self.in_c = len(self._others) == 1 and self._input.core is not None
+        return self._input.core if self.in_c else None
 
     def set(self, level: bool) -> None:
         """Drive the line."""

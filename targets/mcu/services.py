@@ -46,10 +46,10 @@ class IrqLine(Protocol):
 
 
 class RequestInC(NamedTuple):
-    """A request line of a DMA controller in C, so that a peripheral in C may drive it there.
+    """A request line in C, so that a peripheral in C may drive it there.
 
     Attributes:
-        controller: ``struct hil_dma``.
+        controller: ``struct hil_requests *``, where it leads.
         number: of the line.
     """
 
@@ -63,12 +63,8 @@ class DmaRequest(Protocol):
     `set(True)` and `pulse` may move a byte at once, before they return.
 
     Attributes:
-        private: serving the request raises no interrupt and changes nothing that anybody but the peripheral and the
-            controller has to see at that very cycle. The peripheral says so; see `targets.mcu.stm32.dma_shortcut`.
         in_c: the line in C, for a peripheral that is there, too; else None.
     """
-
-    private: bool
 
     @property
     def in_c(self) -> RequestInC | None:

@@ -40,7 +40,6 @@ class FakeLine:
         on_set: called after every `set`, changed or not; a test may play the DMA controller here.
         pulses: the cycles at which one transfer was asked for.
         on_pulse: called after every `pulse`.
-        private: see `targets.mcu.services.DmaRequest`.
     """
 
     core = None
@@ -48,7 +47,6 @@ class FakeLine:
 
     def __init__(self, time: Timebase) -> None:
         self.level = False
-        self.private = False
         self.changes: list[tuple[int, bool]] = []
         self.on_set: Callable[[bool], None] = lambda _level: None
         self.pulses: list[int] = []

@@ -100,7 +100,6 @@ class Timebase:
         self._cut: Callable[[], None] = functools.partial(library.hil_queue_cut, self.queue)
         self._trouble: BaseException | None = None
         self._in_c: list[object] = []
-        self._alone_until = 0  # while `run_until` runs: its limit
         self._set_ratio()
 
     # --- cycles and seconds
@@ -233,13 +232,9 @@ class Timebase:
         """
         view, before = self._view, self._before
         view[_HALTED] = view[_HAPPENED] = 0
-        self._alone_until = limit
-        try:
-            while (number := before(limit)) >= 0:
-                self.raise_kept()
-                self._happen(number)
-        finally:
-            self._alone_until = 0
+        while (number := before(limit)) >= 0:
+            self.raise_kept()
+            self._happen(number)
         self.raise_kept()
         if not view[_HAPPENED]:
             return None
@@ -253,14 +248,6 @@ class Timebase:
         action, event.action = event.action, None
         assert action is not None
         action()
-
-    def nobody_looks_until(self, cycle: int) -> bool:
-        """Say whether nothing happens after the present event up to and with `cycle`, and no program runs meanwhile.
-
-        What would be entered for then may then be done at once, with `hold`: nobody can tell.
-        """
-        view = self._view
-        return cycle < self._alone_until and not view[_HALTED] and view[_NEXT] > cycle
 
     def cut(self) -> None:
         """End the run of the CPU after the instruction in flight."""

@@ -27,8 +27,16 @@ class KeptRequest(Protocol):
         on_last: called after the last transfer of the count that a stream was given, where a controller says so.
     """
 
-    level: bool
-    on_last: Callable[[], None] | None
+    @property
+    def level(self) -> bool:
+        """See the class."""
+
+    @property
+    def on_last(self) -> Callable[[], None] | None:
+        """See the class."""
+
+    @on_last.setter
+    def on_last(self, listener: Callable[[], None] | None) -> None: ...
 
     def set(self, level: bool) -> None:
         """Drive the request."""

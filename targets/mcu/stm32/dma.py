@@ -1,44 +1,24 @@
-"""A DMA controller with eight streams, as in the STM32F2, F4, F7 and H7 (RM0410 section 8).
+"""A DMA controller with eight streams (RM0410 section 8), which is in C: ``dma_stream.c``.
 
-What a stream does stands in `dma_stream`, who comes first in `dma_port`. Choices where the manual is silent:
-
-* An access takes five AHB cycles at the peripheral port and four at the memory port, whatever is accessed, and one more
-  for each further beat of a burst (AN4031 names the steps: arbitration, address, bus matrix, data). The CPU is not
-  slowed down by it.
-* A stream that is enabled while flags of it are set runs all the same; it is noted.
-* A write of the protected bits of an enabled stream leaves them as they are, which is noted unless it clears EN too.
-* A stream that is disabled ends an access under way without a trace, and then stores what is in its FIFO.
-* Memory to memory in a controller that cannot is a transfer error. PSIZE and MSIZE of 3 are taken for 32 bits.
+Here are its registers, what it reaches of memory and registers that C does not, and what a program gets wrong.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from functools import partial
+import ctypes
+import enum
+import functools
+from array import array
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
+from targets.mcu.block import BlockInC, PeripheralInC
+from targets.mcu.core.library import with_lock_held
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Fidelity
-from targets.mcu.registers import Peripheral, Register
+from targets.mcu.registers import Register
 from targets.mcu.services import BusMaster, Services
-from targets.mcu.stm32.dma_port import Port
-from targets.mcu.stm32.dma_requests import Sources
-from targets.mcu.stm32.dma_shortcut import pass_unseen
-from targets.mcu.stm32.dma_slot import (
-    CR,
-    ENABLES,
-    FCR,
-    FEIE,
-    FEIF,
-    M0AR,
-    M1AR,
-    NDTR,
-    PAR,
-    STREAM_SIZE,
-    TCIF,
-    TEIF,
-    Slot,
-)
-from targets.mcu.stm32.dma_stream import Direction, Setting, Stream
+from targets.mcu.stm32.dma_requests import Requests, Sources
 
 __all__ = ["MEMORY_CYCLES", "PERIPHERAL_CYCLES", "Dma"]
 
@@ -47,19 +27,90 @@ MEMORY_CYCLES = 4
 STREAMS = 8
 
 LISR, HISR, LIFCR, HIFCR = range(0x00, 0x10, 4)
-_SHIFTS = (0, 6, 16, 22)
-_FLAGS = 0x3D
+_CR, _NDTR, _PAR, _M0AR, _M1AR, _FCR = range(0x10, 0x28, 4)
+_STREAM_SIZE = 0x18
 _ALL_FLAGS = 0x0F7D_0F7D
+_NAMES = ("CR", "NDTR", "PAR", "M0AR", "M1AR", "FCR")
 
-EN = 1 << 0
-PFCTRL, CIRC = 1 << 5, 1 << 8
-_PSIZE, _MSIZE, _PL, _CHSEL = 11, 13, 16, 25
-DBM, CT = 1 << 18, 1 << 19
-_BURSTS = 0xF << 21
-DMDIS = 1 << 2
+_ASK = ctypes.PYFUNCTYPE(ctypes.c_uint64, ctypes.c_uint32, ctypes.c_uint32, ctypes.c_uint32, ctypes.c_uint32)
+_FAILS = (1 << 64) - 1
 
 
-class Dma(Peripheral):
+class _Question(enum.IntEnum):
+    """``enum hil_streams_question``."""
+
+    READS = 0
+    WRITES = 1
+    DRIVES = 2
+    NOTES = 3
+    SELECTS = 4
+    LAST = 5
+
+
+class _Note(enum.IntEnum):
+    """``enum hil_streams_note``."""
+
+    PROTECTED = 0
+    FLAGGED = 1
+    UNALIGNED = 2
+    NO_WAY = 3
+
+
+class _Controller(BlockInC):
+    """The part in C.
+
+    Args:
+        services: what the chip offers.
+        base: address of LISR.
+        registers: by offset.
+        requests: the lines of the chip.
+        between_memories: see `Dma`.
+        answer: called with what C asks; a `BusFault` is an answer, too.
+    """
+
+    def __init__(
+        self,
+        services: Services,
+        base: int,
+        registers: Mapping[int, Register],
+        requests: Requests,
+        answer: Callable[[int, int, int, int], int],
+        *,
+        between_memories: bool,
+    ) -> None:
+        library = _library()
+        self._answer = answer
+        self._asked = _ASK(self._ask)
+        block = library.hil_streams_new(services.time.queue, self._asked, requests.block, between_memories)
+        super().__init__(services.time, block, library.hil_streams_free, base=base, registers=registers)
+        asking = functools.partial
+        self.reset: Callable[[], None] = asking(library.hil_streams_reset, self.block)
+        self.set_bus_cycle: Callable[[int], None] = asking(library.hil_streams_bus_cycle, self.block)
+        self.bar: Callable[[int, int], bool] = asking(library.hil_streams_bar, self.block)
+        self._join: Callable[[Any, Any], None] = asking(library.hil_streams_join, self.block)
+        self._select: Callable[[int, Any, int], None] = asking(library.hil_streams_select, self.block)
+
+    def join(self, core: ctypes.c_void_p, irqs: Sequence[int]) -> None:
+        """Reach the memory of a core, and drive its interrupts of these numbers, one for each stream."""
+        numbers = array("I", irqs)
+        self._join(core, numbers.buffer_info()[0])
+
+    def select(self, stream: int, lines: Sequence[int]) -> None:
+        """Have a stream listen to the requests of these numbers alone."""
+        numbers = array("I", lines)
+        self._select(stream, numbers.buffer_info()[0], len(numbers))
+
+    def _ask(self, question: int, address: int, size: int, value: int) -> int:
+        try:
+            return self._answer(question, address, size, value)
+        except BusFault:
+            return _FAILS
+        except BaseException as trouble:  # noqa: BLE001 - ctypes would swallow it
+            self.keep(trouble)
+        return 0
+
+
+class Dma(PeripheralInC):
     """A DMA controller.
 
     Args:
@@ -71,6 +122,8 @@ class Dma(Peripheral):
         between_memories: whether the peripheral port reaches memory, so that memory to memory is possible.
         control_bits: the bits of SxCR that are there.
         memory: what it reads and writes, if that is not all that the CPU does.
+        barred: address and size of what is not within reach, at most twice. Where there is any, `memory` also sees
+            what may be in the data cache.
     """
 
     def __init__(
@@ -84,31 +137,25 @@ class Dma(Peripheral):
         between_memories: bool,
         control_bits: int = 0x1FEF_FFFF,
         memory: BusMaster | None = None,
+        barred: Sequence[tuple[int, int]] = (),
     ) -> None:
         self._control_bits = control_bits
+        registers = {register.offset: register for register in self.registers_of()}
+        self._controller = self.in_c = _Controller(
+            services, base, registers, sources.requests, self._answer, between_memories=between_memories
+        )
         super().__init__(name, base, services)
+        self._values = self.in_c.values
         self._bus = services.bus if memory is None else memory
         self._sources = sources
-        self._between_memories = between_memories
-        self._slots = [Slot(number, self, services.irq(irqs[number])) for number in range(STREAMS)]
-        self._peripheral_port = self._port(PERIPHERAL_CYCLES, self._serve_peripheral)
-        self._memory_port = self._port(MEMORY_CYCLES, self._serve_memory)
-        self._ports = (self._peripheral_port, self._memory_port)
-        for slot in self._slots:
-            self._connect(slot)
-
-    def _port(self, cycles: int, serve: Callable[[int], int]) -> Port:
-        return Port(self.time, partial(self.services.clocks.pclk, "AHB"), cycles, self._priority, serve)
-
-    def _connect(self, slot: Slot) -> None:
-        self._sources.connect(slot.number, slot)
-        self._writers[slot.base] = partial(self._write_control, slot)
-        self._readers[slot.base + 0x04] = partial(self._read_count, slot)
-        self._writers[slot.base + 0x04] = partial(self._write_count, slot)
-        for offset in (0x08, 0x0C, 0x10):
-            self._writers[slot.base + offset] = partial(self._write_address, slot, offset)
-        self._readers[slot.base + 0x14] = partial(self._read_fifo, slot)
-        self._writers[slot.base + 0x14] = partial(self._write_fifo, slot)
+        for place in barred:
+            self._controller.bar(*place)
+        self._irqs = [services.irq(number) for number in irqs]
+        core = self._irqs[0].core
+        if core is not None and all(irq.core is not None for irq in self._irqs):
+            self._controller.join(core, irqs)
+        for stream in range(STREAMS):
+            sources.connect(stream, functools.partial(self._listen, stream, 0))
 
     def registers_of(self) -> Iterable[Register]:
         """Return the flags and the registers of each stream."""
@@ -118,253 +165,69 @@ class Dma(Peripheral):
         yield Register("HIFCR", HIFCR, 0, _ALL_FLAGS)
         timing = "the CPU is not slowed down, and no overrun or underrun of the FIFO is flagged"
         for number in range(STREAMS):
-            base = STREAM_SIZE * number
-            yield Register(f"S{number}CR", base + CR, 0, self._control_bits, fidelity=Fidelity.PARTLY, note=timing)
-            yield Register(f"S{number}NDTR", base + NDTR, 0, 0xFFFF)
-            yield Register(f"S{number}PAR", base + PAR)
-            yield Register(f"S{number}M0AR", base + M0AR)
-            yield Register(f"S{number}M1AR", base + M1AR)
-            yield Register(f"S{number}FCR", base + FCR, 0x21, 0x87)
+            base = _STREAM_SIZE * number
+            yield Register(f"S{number}CR", base + _CR, 0, self._control_bits, fidelity=Fidelity.PARTLY, note=timing)
+            yield Register(f"S{number}NDTR", base + _NDTR, 0, 0xFFFF)
+            yield Register(f"S{number}PAR", base + _PAR)
+            yield Register(f"S{number}M0AR", base + _M0AR)
+            yield Register(f"S{number}M1AR", base + _M1AR)
+            yield Register(f"S{number}FCR", base + _FCR, 0x21, 0x87)
 
     def reset(self) -> None:
         """Go to the state after reset."""
-        super().reset()
-        self._peripheral_port.reset()
-        self._memory_port.reset()
-        for slot in self._slots:
-            slot.clear()
+        self._controller.reset()
+        self.after_clock_change()
 
-    # --- flags
+    def after_clock_change(self) -> None:
+        """Take over the rate of the bus; in Stop mode, in which it stands still, it counts as that of the core."""
+        self._controller.set_bus_cycle(self.services.clocks.pclk("AHB") or 1)
 
-    def read_LISR(self) -> int:
-        """Return the flags of streams 0 to 3."""
-        return self._word_of_flags(0)
+    # --- what C asks
 
-    def read_HISR(self) -> int:
-        """Return the flags of streams 4 to 7."""
-        return self._word_of_flags(4)
-
-    def read_LIFCR(self) -> int:
-        """Return 0: the register can only be written."""
+    def _answer(self, question: int, address: int, size: int, value: int) -> int:
+        """Answer C; raises BusFault if there is nothing at an address."""
+        if question == _Question.READS:
+            return self._bus.read(address, size)
+        if question == _Question.WRITES:
+            self._bus.write(address, size, value)
+        elif question == _Question.DRIVES:
+            self._irqs[address].set(bool(value))
+        elif question == _Question.SELECTS:
+            self._listen(address, value)
+        elif question == _Question.LAST:
+            self._sources.requests.tell_last(address)
+        else:
+            self._note(address, size, _Note(value))
         return 0
 
-    def read_HIFCR(self) -> int:
-        """Return 0: the register can only be written."""
-        return 0
+    def _listen(self, stream: int, channel: int) -> None:
+        self._controller.select(stream, [line.number for line in self._sources.selected(stream, channel)])
 
-    def write_LIFCR(self, value: int) -> None:
-        """Clear flags of streams 0 to 3."""
-        self._clear_flags(0, value)
-
-    def write_HIFCR(self, value: int) -> None:
-        """Clear flags of streams 4 to 7."""
-        self._clear_flags(4, value)
-
-    def _word_of_flags(self, first: int) -> int:
-        return sum(slot.flags << shift for slot, shift in zip(self._slots[first : first + 4], _SHIFTS, strict=True))
-
-    def _clear_flags(self, first: int, value: int) -> None:
-        for slot, shift in zip(self._slots[first : first + 4], _SHIFTS, strict=True):
-            slot.flags &= ~(value >> shift)
-            slot.drive_irq()
-
-    # --- registers of a stream
-
-    def _write_control(self, slot: Slot, value: int) -> None:
-        before = self[slot.base]
-        if not before & EN:
-            self[slot.base] = value
-            if value & EN:
-                self._start(slot)
+    def _note(self, stream: int, register: int, note: _Note) -> None:
+        where = f"S{stream}{_NAMES[register]}"
+        if note is _Note.PROTECTED:
+            text = f"written while stream {stream} is enabled: what is protected keeps its value"
+        elif note is _Note.FLAGGED:
+            where, text = f"{where}.EN", "flags of the stream are still set: clear them before EN"
+        elif note is _Note.NO_WAY:
+            where, text = f"{where}.DIR", f"{self.name} cannot go from memory to memory"
         else:
-            protected = ~(ENABLES | EN)
-            if (before ^ value) & protected & ~CT and value & EN:
-                self._note_protected(slot, "CR")
-            self[slot.base] = before & ~ENABLES | value & ENABLES
-            if not value & EN:
-                self.close(slot)
-        slot.drive_irq()
-
-    def _read_count(self, slot: Slot) -> int:
-        return self[slot.base + 0x04] if slot.stream is None else slot.stream.left
-
-    def _write_count(self, slot: Slot, value: int) -> None:
-        if slot.control & EN:
-            self._note_protected(slot, "NDTR")
-        else:
-            self[slot.base + 0x04] = slot.reload = value
-
-    def _write_address(self, slot: Slot, offset: int, value: int) -> None:
-        """PAR, M0AR and M1AR; in double-buffer mode that of the buffer that is not in use may change at any time."""
-        control = slot.control
-        if control & EN:
-            in_use = 0x10 if control & CT else 0x0C
-            if offset == 0x08 or not control & DBM:
-                self._note_protected(slot, {0x08: "PAR", 0x0C: "M0AR", 0x10: "M1AR"}[offset])
-                return
-            if offset == in_use:
-                self.fail(slot)
-                return
-        self[slot.base + offset] = value
-
-    def _read_fifo(self, slot: Slot) -> int:
-        level = 0 if slot.stream is None else slot.stream.level
-        status = 4 if level == 0 else 5 if level == 16 else level // 4
-        return slot.fcr & ~0x38 | status << 3
-
-    def _write_fifo(self, slot: Slot, value: int) -> None:
-        before = slot.fcr
-        if slot.control & EN and (before ^ value) & (DMDIS | 3):
-            self._note_protected(slot, "FCR")
-            value = before & ~FEIE | value & FEIE
-        self[slot.base + 0x14] = value
-        slot.drive_irq()
-
-    def _note_protected(self, slot: Slot, register: str) -> None:
-        text = f"written while stream {slot.number} is enabled: what is protected keeps its value"
-        self.note("misuse", f"S{slot.number}{register}", text)
-
-    # --- from EN to the end
-
-    def _start(self, slot: Slot) -> None:
-        self[slot.base] = control = _forced(slot.control, slot.fcr)
-        setting = Setting.of(control, slot.fcr)
-        between = setting.direction is Direction.MEMORY_TO_MEMORY
-        if between:
-            self[slot.base + 0x14] |= DMDIS
-        self._check(slot, setting)
-        if not setting.burst_fits:
-            self.fail(slot, FEIF)
-        elif between and not self._between_memories:
-            self.note("misuse", f"S{slot.number}CR.DIR", f"{self.name} cannot go from memory to memory")
-            self.fail(slot)
-        else:
-            self._run(slot, setting)
-
-    def _run(self, slot: Slot, setting: Setting) -> None:
-        count = self[slot.base + 0x04] or slot.reload
-        if count or setting.by_peripheral:
-            slot.selected = self._sources.selected(slot.number, slot.control >> _CHSEL & 0xF)
-            peripheral, memory = self[slot.base + 0x08], self._memory_of(slot)
-            slot.stream = Stream(self._bus, setting, count=count, peripheral=peripheral, memory=memory)
-            self.look(slot)
-
-    def _check(self, slot: Slot, setting: Setting) -> None:
-        if slot.flags:
-            text = "flags of the stream are still set: clear them before EN"
-            self.note("misuse", f"S{slot.number}CR.EN", text)
-        sizes = {"PAR": setting.peripheral_size, "M0AR": setting.memory_size}
-        for (register, size), offset in zip(sizes.items(), (0x08, 0x0C), strict=True):
-            if self[slot.base + offset] & size - 1:
-                text = f"not a multiple of {size} bytes: the lowest bits are ignored"
-                self.note("misuse", f"S{slot.number}{register}", text)
-
-    def _memory_of(self, slot: Slot) -> int:
-        second = slot.control & DBM and slot.control & CT
-        return self[slot.base + (0x10 if second else 0x0C)]
-
-    def close(self, slot: Slot) -> None:
-        """End a stream that is enabled: what is in its FIFO is stored first, if it comes from the peripheral."""
-        if slot.stream is None:
-            self[slot.base] &= ~EN
-            return
-        slot.stream.closing = True
-        self._advance(slot)
-
-    def fail(self, slot: Slot, flag: int = TEIF) -> None:
-        """End a stream with an error."""
-        self._stop(slot)
-        slot.flag(flag)
-
-    def _stop(self, slot: Slot) -> None:
-        if slot.stream is not None:
-            self[slot.base + 0x04] = slot.stream.left
-            slot.stream = None
-        self[slot.base] &= ~EN
-        self.look(slot)
-
-    # --- accesses
-
-    def look(self, slot: Slot) -> None:
-        """See what the stream wants, after anything has changed."""
-        stream = slot.stream if self.clocked else None
-        if stream is None:
-            self._peripheral_port.ask(slot.number, False)
-            self._memory_port.ask(slot.number, False)
-            return
-        asked = False
-        for request in slot.selected:
-            asked = asked or request.level or request.once
-        if asked and self._pass_unseen(slot, stream):
-            return
-        self._peripheral_port.ask(slot.number, stream.wants_peripheral(asked))
-        self._memory_port.ask(slot.number, stream.wants_memory())
-
-    def _pass_unseen(self, slot: Slot, stream: Stream) -> bool:
-        slot.in_access = True
-        try:
-            return pass_unseen(self.time, self._ports, slot.selected, stream, fail=slot.fail_access, look=slot.look)
-        finally:
-            slot.in_access = False
-
-    def _priority(self, number: int) -> tuple[int, int]:
-        return self._slots[number].control >> _PL & 3, -number
-
-    def _serve_peripheral(self, number: int) -> int:
-        slot = self._slots[number]
-        stream, selected = slot.stream, slot.selected
-        for request in selected:
-            request.once = False
-        last = stream is not None and stream.ends_with_next
-        beats = self._serve(slot, memory=False)
-        for request in selected if last else ():
-            if request.on_last is not None:
-                request.on_last()
-        return beats
-
-    def _serve_memory(self, number: int) -> int:
-        return self._serve(self._slots[number], memory=True)
-
-    def _serve(self, slot: Slot, *, memory: bool) -> int:
-        stream = slot.stream
-        assert stream is not None
-        slot.in_access = True
-        try:
-            beats = stream.access_memory() if memory else stream.access_peripheral()
-        except BusFault:
-            self.fail(slot)
-            return 1
-        finally:
-            slot.in_access = False
-        self._advance(slot)
-        return beats
-
-    def _advance(self, slot: Slot) -> None:
-        """Take over what the stream has done, and begin or end a round."""
-        stream = slot.stream
-        assert stream is not None
-        flags, stream.flags = stream.flags, 0
-        if stream.done:
-            flags |= TCIF
-            if stream.setting.circular and not stream.closing:
-                self[slot.base] ^= CT if stream.setting.double else 0
-                stream.restart(self[slot.base + 0x08], self._memory_of(slot))
-            else:
-                self._stop(slot)
-        self.look(slot)
-        if flags:
-            slot.flag(flags)
+            control = self[_STREAM_SIZE * stream + _CR]
+            size = (1, 2, 4, 4)[control >> (11 if register == _NAMES.index("PAR") else 13) & 3]
+            text = f"not a multiple of {size} bytes: the lowest bits are ignored"
+        self.note("misuse", where, text)
 
 
-def _forced(control: int, fcr: int) -> int:
-    """Return CR as hardware sets it when EN is set (RM0410 section 8.5.5)."""
-    between = control >> 6 & 3 >= 2
-    if not fcr & DMDIS and not between:
-        control = control & ~(_BURSTS | 3 << _MSIZE) | (control >> _PSIZE & 3) << _MSIZE
-    if between:
-        control &= ~(PFCTRL | CIRC)
-    elif control & PFCTRL:
-        control &= ~CIRC
-    elif control & DBM:
-        control |= CIRC
-    return control
+@functools.cache
+def _library() -> Any:
+    """Return the library, with the functions of the controller declared, called with Python's lock held."""
+    library: Any = with_lock_held()
+    pointer, word, flag = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_bool
+    library.hil_streams_new.argtypes, library.hil_streams_new.restype = (pointer, _ASK, pointer, flag), pointer
+    library.hil_streams_free.argtypes, library.hil_streams_free.restype = (pointer,), None
+    library.hil_streams_reset.argtypes, library.hil_streams_reset.restype = (pointer,), None
+    library.hil_streams_bus_cycle.argtypes, library.hil_streams_bus_cycle.restype = (pointer, word), None
+    library.hil_streams_join.argtypes, library.hil_streams_join.restype = (pointer, pointer, pointer), None
+    library.hil_streams_bar.argtypes, library.hil_streams_bar.restype = (pointer, word, word), flag
+    library.hil_streams_select.argtypes, library.hil_streams_select.restype = (pointer, word, pointer, word), None
+    return library

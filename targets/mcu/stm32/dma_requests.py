@@ -1,92 +1,114 @@
-"""The request lines from peripherals to the DMA streams of a chip, by the names that the peripherals have for them."""
+"""The request lines from peripherals to the DMA streams of a chip, by the names that the peripherals have for them.
+
+The lines are in C: ``requests.c``.
+"""
 
 from __future__ import annotations
 
+import ctypes
+import functools
+import weakref
 from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
-__all__ = ["Channels", "Listener", "Request", "Requests", "Sources"]
+from targets.mcu.core.library import with_lock_held
+from targets.mcu.errors import EngineError
+from targets.mcu.services import RequestInC
 
+__all__ = ["Channels", "Request", "Requests", "Sources"]
 
-class Listener(Protocol):
-    """What hears a request."""
-
-    def request_changed(self) -> None:
-        """The level has changed, or one transfer was asked for."""
-
-    def request_ended(self) -> None:
-        """The peripheral, as the flow controller, has said that nothing more will come."""
+_MOST_LINES = 256
 
 
 class Request:
-    """One line; see `targets.mcu.services.DmaRequest`. It may lead to several streams; one that leads nowhere is kept.
+    """One line; see `targets.mcu.services.DmaRequest`. It may lead to several streams, and to none.
+
+    Args:
+        block: ``struct hil_request_lines *``.
+        number: of the line.
 
     Attributes:
-        level: as last set.
-        once: one transfer was asked for, and not made yet.
-        on_last: called after the last transfer of the count that a stream was given; the peripheral's.
-        private: as the peripheral says.
+        number: as given.
+        in_c: the line in C.
     """
 
-    __slots__ = ("_listeners", "level", "on_last", "once", "private")
+    __slots__ = ("_block", "_on_last", "in_c", "number", "pulse", "set")
 
-    in_c = None
+    def __init__(self, block: ctypes.c_void_p, number: int) -> None:
+        library = _library()
+        self.number = number
+        self.in_c = RequestInC(block, number)
+        self.set: Callable[[bool], None] = functools.partial(library.hil_lines_drive, block, number)
+        self.pulse: Callable[[], None] = functools.partial(library.hil_lines_pulse, block, number)
+        self._block = block
+        self._on_last: Callable[[], None] | None = None
 
-    def __init__(self) -> None:
-        self.level = False
-        self.once = False
-        self.private = False
-        self.on_last: Callable[[], None] | None = None
-        self._listeners: list[Listener] = []
+    @property
+    def level(self) -> bool:
+        """As last set."""
+        return bool(_library().hil_lines_level(self._block, self.number))
 
-    def set(self, level: bool) -> None:
-        """Drive the request."""
-        self.level = level
-        self.once = self.once and level
-        self._tell()
+    @property
+    def on_last(self) -> Callable[[], None] | None:
+        """Called after the last transfer of the count that a stream was given; the peripheral's."""
+        return self._on_last
 
-    def pulse(self) -> None:
-        """Ask for one transfer; kept until one was made."""
-        self.once = True
-        self._tell()
+    @on_last.setter
+    def on_last(self, listener: Callable[[], None] | None) -> None:
+        self._on_last = listener
+        _library().hil_lines_tell_last(self._block, self.number)
 
     def end(self) -> None:
         """Say that the last transfer was made, where the peripheral is the flow controller."""
-        for listener in self._listeners:
-            listener.request_ended()
-
-    def listen(self, listener: Listener) -> None:
-        """Have `listener` told of changes."""
-        self._listeners.append(listener)
-
-    def ignore(self, listener: Listener) -> None:
-        """Undo `listen`."""
-        self._listeners.remove(listener)
-
-    def _tell(self) -> None:
-        for listener in self._listeners:
-            listener.request_changed()
+        _library().hil_lines_end(self._block, self.number)
 
 
 class Requests:
-    """All lines of a chip; `line` is what it hands out as `targets.mcu.services.Services.dma`."""
+    """All lines of a chip; `line` is what it hands out as `targets.mcu.services.Services.dma`.
+
+    Attributes:
+        block: ``struct hil_request_lines *``; it must last as long as the peripherals.
+
+    Raises:
+        EngineError: there is no memory.
+    """
 
     def __init__(self) -> None:
+        block = _library().hil_lines_new()
+        if not block:
+            raise EngineError("there is no memory for the requests of a chip")
+        self.block = ctypes.c_void_p(block)
+        weakref.finalize(self, _library().hil_lines_free, self.block).atexit = False
         self._lines: dict[str, Request] = {}
+        self._by_number: list[Request] = []
 
     def line(self, name: str) -> Request:
         """Return the line of that name."""
-        return self._lines.setdefault(name, Request())
+        if name not in self._lines:
+            assert len(self._by_number) < _MOST_LINES, "no chip has that many"
+            self._lines[name] = Request(self.block, len(self._by_number))
+            self._by_number.append(self._lines[name])
+        return self._lines[name]
+
+    def tell_last(self, number: int) -> None:
+        """Tell the peripheral of a line that the last transfer of a count was made."""
+        listener = self._by_number[number].on_last
+        if listener is not None:
+            listener()
 
 
 class Sources(Protocol):
     """What leads to the streams of a controller."""
 
-    def connect(self, stream: int, listener: Listener) -> None:
-        """Have a stream told of changes of every request that it could listen to."""
+    @property
+    def requests(self) -> Requests:
+        """All lines of the chip."""
+
+    def connect(self, stream: int, on_change: Callable[[], None]) -> None:
+        """Have a stream told when it is to listen to others than it was enabled with."""
 
     def selected(self, stream: int, channel: int) -> Sequence[Request]:
-        """Return what a stream listens to when it is enabled with that value of CHSEL; it may change meanwhile."""
+        """Return what a stream listens to that is enabled with that value of CHSEL."""
 
 
 class Channels:
@@ -95,16 +117,32 @@ class Channels:
     Args:
         requests: all lines of the chip.
         names: of the requests by stream and channel.
+
+    Attributes:
+        requests: as given.
     """
 
     def __init__(self, requests: Requests, names: Mapping[tuple[int, int], Sequence[str]]) -> None:
+        self.requests = requests
         self._lines = {place: tuple(requests.line(name) for name in at_place) for place, at_place in names.items()}
 
-    def connect(self, stream: int, listener: Listener) -> None:
-        """Have a stream told of changes of the requests of all its channels."""
-        for line in {line for (number, _), lines in self._lines.items() if number == stream for line in lines}:
-            line.listen(listener)
+    def connect(self, stream: int, on_change: Callable[[], None]) -> None:
+        """Nothing: what a stream listens to is chosen when it is enabled."""
 
     def selected(self, stream: int, channel: int) -> Sequence[Request]:
         """Return the requests at that place."""
         return self._lines.get((stream, channel), ())
+
+
+@functools.cache
+def _library() -> Any:
+    """Return the library, with the functions of request lines declared, called with Python's lock held."""
+    library: Any = with_lock_held()
+    pointer, word = ctypes.c_void_p, ctypes.c_uint32
+    library.hil_lines_new.argtypes, library.hil_lines_new.restype = (), pointer
+    library.hil_lines_free.argtypes, library.hil_lines_free.restype = (pointer,), None
+    library.hil_lines_drive.argtypes, library.hil_lines_drive.restype = (pointer, word, ctypes.c_bool), None
+    for function in (library.hil_lines_pulse, library.hil_lines_end, library.hil_lines_tell_last):
+        function.argtypes, function.restype = (pointer, word), None
+    library.hil_lines_level.argtypes, library.hil_lines_level.restype = (pointer, word), ctypes.c_bool
+    return library

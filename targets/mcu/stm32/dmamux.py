@@ -6,13 +6,13 @@ generators are not modelled: a synchronized channel lets requests through at onc
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
-from targets.mcu.stm32.dma_requests import Listener, Request, Requests
+from targets.mcu.stm32.dma_requests import Request, Requests
 
 __all__ = ["DmaMux", "Outlets"]
 
@@ -35,6 +35,9 @@ class DmaMux(Peripheral):
         requests: all request lines of the chip.
         names: the request by DMAREQ_ID.
         channels: how many channels there are.
+
+    Attributes:
+        requests: as given.
     """
 
     def __init__(
@@ -49,10 +52,10 @@ class DmaMux(Peripheral):
     ) -> None:
         self._count = channels
         super().__init__(name, base, services)
+        self.requests = requests
         self._lines = {number: requests.line(of_number) for number, of_number in names.items()}
-        self._outlets: list[list[Request]] = [[] for _ in range(channels)]
-        self._listeners: list[Listener | None] = [None] * channels
-        self._hears: list[Request | None] = [None] * channels
+        self._outlets: list[Sequence[Request]] = [()] * channels
+        self._listeners: list[Callable[[], None]] = [lambda: None] * channels
         for channel in range(channels):
             self._writers[4 * channel] = partial(self._write_control, channel)
 
@@ -100,26 +103,18 @@ class DmaMux(Peripheral):
 
     # --- between requests and streams
 
-    def connect(self, channel: int, listener: Listener) -> None:
-        """Have a stream told of changes of the request that a channel leads to it."""
-        self._listeners[channel] = listener
+    def connect(self, channel: int, on_change: Callable[[], None]) -> None:
+        """Have a stream told when a channel leads another request to it."""
+        self._listeners[channel] = on_change
 
     def outlet(self, channel: int) -> Sequence[Request]:
-        """Return what a channel leads on: one request or none; the sequence changes with DMAREQ_ID."""
+        """Return what a channel leads on: one request or none."""
         return self._outlets[channel]
 
     def _lead(self, channel: int, number: int) -> None:
-        listener, before = self._listeners[channel], self._hears[channel]
-        now = self._lines.get(number)
-        self._outlets[channel][:] = [now] if now is not None else []
-        self._hears[channel] = now
-        if listener is None:
-            return
-        if before is not None:
-            before.ignore(listener)
-        if now is not None:
-            now.listen(listener)
-        listener.request_changed()
+        line = self._lines.get(number)
+        self._outlets[channel] = () if line is None else (line,)
+        self._listeners[channel]()
 
 
 class Outlets:
@@ -134,9 +129,14 @@ class Outlets:
         self._mux = mux
         self._first = first
 
-    def connect(self, stream: int, listener: Listener) -> None:
-        """Have a stream told of changes of its request."""
-        self._mux.connect(self._first + stream, listener)
+    @property
+    def requests(self) -> Requests:
+        """All lines of the chip."""
+        return self._mux.requests
+
+    def connect(self, stream: int, on_change: Callable[[], None]) -> None:
+        """Have a stream told when another request leads to it."""
+        self._mux.connect(self._first + stream, on_change)
 
     def selected(self, stream: int, _channel: int) -> Sequence[Request]:
         """Return what leads to the stream; there is no CHSEL."""

@@ -24,9 +24,9 @@ from typing import ClassVar
 
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
-from targets.mcu.services import InputSignal, Services, Watch
+from targets.mcu.services import InputSignal, Services
 from targets.mcu.stm32.usart_base import UsartBase, listen
-from targets.mcu.stm32.usart_line import Kind, News
+from targets.mcu.stm32.usart_line import Kind
 from targets.mcu.stm32.usart_receiver import Receiver
 
 __all__ = ["Usart"]
@@ -143,8 +143,6 @@ class Usart(UsartBase):
     ) -> None:
         super().__init__(name, base, services, irq=irq)
         self._kernel_hz = kernel_hz
-        self._unseen = False
-        self._line.handlers[News.DMA_TX] = self._asks_to_send
         self._outputs = (self._line_tx, services.output(f"{name}_RX"))
 
     def _make_receiver(self) -> Receiver:
@@ -328,22 +326,3 @@ class Usart(UsartBase):
     def _timed_out(self) -> None:
         self[ISR] |= RTOF
         self._update()
-
-    # --- lines
-
-    def _update(self) -> None:
-        """Drive interrupt, DMA requests and RTS from flags and enables."""
-        self._unseen = self._dma_rx.private = self._serves_unseen(self[CR1], self[CR2], self[CR3])
-        super()._update()
-
-    def _asks_to_send(self, level: int, _more: int) -> None:
-        self._dma_tx.private = self._unseen and self._line_tx.watch() is not Watch.LIVE
-        self._dma_tx.set(bool(level))
-
-    def _serves_unseen(self, cr1: int, cr2: int, cr3: int) -> bool:
-        """Say whether an access to TDR or RDR can raise no interrupt, nor be seen at a pin before a frame is.
-
-        Nor may anything else happen that a program can be woken by in the rest of the event in which a word is asked
-        for: a break or a timeout told with a word, an edge of CTS that others see, too.
-        """
-        return not (cr1 & TXEIE or cr2 & (LINEN | RTOEN) or cr3 & (RTSE | CTSE))

@@ -150,7 +150,3 @@ class FifoUsart(Usart):
         if value & TXFRQ and self._has_fifos:
             self[ISR] |= TXFE
         super().write_RQR(value)
-
-    def _serves_unseen(self, cr1: int, cr2: int, cr3: int) -> bool:
-        # A read of RDR shows the next word with its errors, and levels may pass their thresholds.
-        return not cr1 & FIFOEN and super()._serves_unseen(cr1, cr2, cr3)

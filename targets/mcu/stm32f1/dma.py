@@ -118,11 +118,10 @@ class Request:
         in_c: the line in C.
     """
 
-    __slots__ = ("_pulse", "_set", "in_c", "private")
+    __slots__ = ("_pulse", "_set", "in_c")
 
     def __init__(self, controller: ctypes.c_void_p, number: int) -> None:
-        self.private = False
-        self.in_c = RequestInC(controller, number)
+        self.in_c = RequestInC(_library().hil_dma_requests(controller), number)
         self._set: Callable[[bool], None] = functools.partial(_library().hil_dma_request, controller, number)
         self._pulse: Callable[[], None] = functools.partial(_library().hil_dma_pulse, controller, number)
 
@@ -260,6 +259,7 @@ def _library() -> Any:
     library: Any = with_lock_held()
     pointer, word = ctypes.c_void_p, ctypes.c_uint32
     library.hil_dma_new.argtypes, library.hil_dma_new.restype = (pointer, _ASK, word, word, word), pointer
+    library.hil_dma_requests.argtypes, library.hil_dma_requests.restype = (pointer,), pointer
     library.hil_dma_free.argtypes, library.hil_dma_free.restype = (pointer,), None
     library.hil_dma_reset.argtypes, library.hil_dma_reset.restype = (pointer,), None
     library.hil_dma_join.argtypes, library.hil_dma_join.restype = (pointer, pointer), None

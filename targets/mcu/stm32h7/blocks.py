@@ -20,7 +20,7 @@ from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.tim.h7_kinds import H7_KINDS
 from targets.mcu.stm32.usart_fifo import FifoUsart
 from targets.mcu.stm32h7 import adc_inputs, dma_map
-from targets.mcu.stm32h7.dma_reach import DmaReach
+from targets.mcu.stm32h7.dma_reach import BARRED, DmaReach
 
 __all__ = ["KernelHz", "adcs", "dma_controllers", "i2cs", "low_power_timers", "timers", "usarts"]
 
@@ -165,6 +165,7 @@ def dma_controllers(
             between_memories=True,
             control_bits=0x01FF_FFFF,  # with TRBUFF, without CHSEL
             memory=memory,
+            barred=BARRED,
         )
         for number in range(2)
     )

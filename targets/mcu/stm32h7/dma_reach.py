@@ -12,10 +12,13 @@ from collections.abc import Callable, Sequence
 from targets.mcu.errors import BusFault
 from targets.mcu.services import BusMaster
 
-__all__ = ["DmaReach"]
+__all__ = ["BARRED", "DmaReach"]
 
 _ITCM_END = 0x0001_0000
 _DTCM, _DTCM_END = 0x2000_0000, 0x2002_0000
+
+BARRED = ((0, _ITCM_END), (_DTCM, _DTCM_END - _DTCM))
+"""Address and size of the tightly coupled memories."""
 
 
 class DmaReach:

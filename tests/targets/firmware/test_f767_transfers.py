@@ -1,4 +1,4 @@
-"""Each defect of DMA, I2C and ADC of the STM32F767 is found by the self-test that has to find it."""
+"""Each defect of I2C and ADC of the STM32F767 is found by the self-test that has to find it."""
 
 from __future__ import annotations
 
@@ -8,9 +8,6 @@ from targets.mcu.stm32.adc import Adc, Internal
 from targets.mcu.stm32.adc_sequences import Group
 from targets.mcu.stm32.adc_unit import Unit
 from targets.mcu.stm32.converters import Converters
-from targets.mcu.stm32.dma import Dma
-from targets.mcu.stm32.dma_slot import Slot
-from targets.mcu.stm32.dma_stream import Setting, Stream
 from targets.mcu.stm32.i2c import I2c
 from targets.mcu.stm32.i2c_wire import Wire
 from tests.targets.firmware.defect import Defect, finds_it, first_of_each
@@ -18,28 +15,7 @@ from tests.targets.firmware.defect import Defect, finds_it, first_of_each
 LIMIT_MS = 50
 
 DEFECTS = [
-    # --- DMA
-    Defect("MINC is not looked at", "dma", Stream, "access_memory", "+ setting.memory_step", "+ 0"),
-    Defect("PINC is not looked at", "dma", Stream, "access_peripheral", "+ setting.peripheral_step", "+ 0"),
-    Defect(
-        "the FIFO is never emptied early",
-        "dma",
-        Stream,
-        "wants_memory",
-        "if self.closing or not self.left",
-        "if not self.left",
-    ),
-    Defect("direct mode has a threshold", "dma", Setting, "of", "bool(fcr & _DMDIS) or between", "True"),
-    Defect("half comes with the end", "dma", Stream, "_arrive", "before < self._half", "before < 2 * self._half"),
-    Defect("every burst fits", "dma", Setting, "burst_fits", "self.memory_beats == 1 or", "True or"),
-    Defect("EN stays", "dma", Dma, "_stop", "self[slot.base] &= ~EN", "pass"),
-    Defect("a bus error is nothing", "dma", Dma, "fail", "slot.flag(flag)", "pass"),
-    Defect("no circle", "dma", Dma, "_advance", "stream.setting.circular", "False"),
-    Defect("one buffer", "dma", Dma, "_advance", "CT if stream.setting.double else 0", "0"),
-    Defect("NDTR is not locked", "dma", Dma, "_write_count", "if slot.control & EN", "if False"),
-    Defect("NDTR does not come back", "dma", Dma, "_run", "or slot.reload", "or 0"),
-    Defect("no interrupt", "dma", Slot, "drive_irq", "(self.control & ENABLES) << 1", "0"),
-    Defect("a request is never answered", "dma", Dma, "_serve_peripheral", "request.once = False", "pass"),
+    # those of DMA are in measure/core_defects.py
     # --- I2C
     Defect("no STOP after a NACK", "i2c", I2c, "_refused", "self._end()", "pass"),
     Defect("START stays", "i2c", I2c, "_refused", "self[CR2] &= ~START", "pass"),

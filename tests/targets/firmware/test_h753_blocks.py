@@ -9,7 +9,6 @@ from targets.mcu.stm32.adc16 import Adc16
 from targets.mcu.stm32.adc16_power import Power
 from targets.mcu.stm32.adc16_unit import Unit
 from targets.mcu.stm32.clocked_wait import ClockedWait
-from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dmamux import DmaMux
 from targets.mcu.stm32.usart import Usart
 from targets.mcu.stm32.usart_fifo import FifoUsart
@@ -58,7 +57,7 @@ DEFECTS = [
     Defect("PRESC is not locked", FIFO, FifoUsart, "write_PRESC", "self._permitted(PRESC, value)", "value"),
     Defect("no TXFE after a reset", FIFO, FifoUsart, "write_CR1", "(TXFE if self._has_fifos else 0)", "0"),
     # --- DMA
-    Defect("every request is heard", MUX, DmaMux, "_lead", "before.ignore(listener)", "return"),
+    Defect("a channel leads nowhere else", MUX, DmaMux, "_lead", "self._listeners[channel]()", "pass"),
     Defect(
         "DTCM is within reach",
         MUX,
@@ -68,7 +67,6 @@ DEFECTS = [
         "if False:",
     ),
     Defect("the controllers share a channel", MUX, DmaMux, "outlet", "[channel]", "[channel % 8]"),
-    Defect("only one goes between memories", MUX, Dma, "_start", "not self._between_memories", "self.name == 'DMA1'"),
     # --- ADC
     Defect("the clock of revision Y", ADC, Adc16, "after_clock_change", "2 * prescaler", "prescaler"),
     Defect("LDORDY without a regulator", ADC, Power, "_supplied", "|= LDORDY", "&= ~LDORDY"),

@@ -6,7 +6,7 @@
 
 #include <stdbool.h>
 
-enum { BLOCK_SIZE = 0x400, BLOCK_WORDS = 40 };
+enum { BLOCK_SIZE = 0x400, BLOCK_WORDS = 52 };
 
 struct hil_block;
 
@@ -19,7 +19,7 @@ typedef bool (*hil_block_write)(struct hil_block *block, uint32_t word, uint32_t
  * ignored: bits of these that the model only remembers: Python notes the first write of 1. */
 #define HIL_REGISTERS_FIELDS(ONE, MANY) \
     ONE(uint32_t, base) ONE(uint32_t, clocked) \
-    MANY(uint32_t, values, 40) MANY(uint32_t, writable, 40) MANY(uint32_t, ignored, 40)
+    MANY(uint32_t, values, 52) MANY(uint32_t, writable, 52) MANY(uint32_t, ignored, 52)
 HIL_STRUCT(hil_registers, HIL_REGISTERS_FIELDS);
 
 struct hil_block {

@@ -18,6 +18,7 @@
 
 #include "cpu.h"
 
+#include <stddef.h>
 #include <stdlib.h>
 
 enum { MOST_CHANNELS = 7, TRANSFER_CYCLES = 5 };
@@ -43,6 +44,7 @@ struct channel {
 
 struct hil_dma {
   struct hil_block block;    /* first: a block is the controller that it belongs to */
+  struct hil_requests requests;
   struct hil_queue *queue;
   struct hil_cpu *cpu;       /* whose memory and interrupts these are; NULL: Python is asked */
   hil_dma_ask ask;
@@ -156,6 +158,13 @@ HIL_EXPORT void hil_dma_request(struct hil_dma *dma, uint32_t number, bool level
   channel->once = level ? channel->once : channel->once & ~line;
   update(dma, (uint32_t)(channel - dma->channels));
 }
+
+static void drive_request(struct hil_requests *requests, uint32_t number, bool level) {
+  hil_dma_request((struct hil_dma *)((char *)requests - offsetof(struct hil_dma, requests)), number, level);
+}
+
+/* Where requests to it go. */
+HIL_EXPORT struct hil_requests *hil_dma_requests(struct hil_dma *dma) { return &dma->requests; }
 
 /* Ask for one transfer; kept until one was made. */
 HIL_EXPORT void hil_dma_pulse(struct hil_dma *dma, uint32_t number) {
@@ -353,6 +362,7 @@ HIL_EXPORT struct hil_dma *hil_dma_new(struct hil_queue *queue, hil_dma_ask ask,
   dma->count = count;
   dma->first_irq = first_irq;
   dma->irqs = irqs;
+  dma->requests.drive = drive_request;
   dma->block.read = read;
   dma->block.write = write;
   dma->block.on_ahb = true;

@@ -4,6 +4,7 @@
 
 #include "block.h"
 #include "queue.h"
+#include "requests.h"
 
 struct hil_cpu;
 struct hil_dma;
@@ -27,7 +28,5 @@ typedef uint64_t (*hil_dma_ask)(uint32_t question, uint32_t address, uint32_t si
 /* A request line is a number: its channel in the upper bits, one of `1 << REQUEST_BITS` lines to it in the lower ones.
  * Nobody listens to those of channel 0. */
 enum { REQUEST_BITS = 4 };
-
-void hil_dma_request(struct hil_dma *dma, uint32_t number, bool level);
 
 #endif

@@ -115,8 +115,8 @@ void hil_usart_drive(struct hil_usart *usart, uint32_t levels) {
       continue;
     if (n == 0 && usart->cpu)
       hil_queue_interrupt(usart->queue, usart->cpu, usart->irq, levels & 1);
-    else if (n && usart->dma)
-      hil_dma_request(usart->dma, usart->requests[n - 1], levels >> n & 1);
+    else if (n && usart->requests)
+      usart->requests->drive(usart->requests, usart->lines[n - 1], levels >> n & 1);
     else
       usart->tell(NEWS[n], levels >> n & 1, 0);
   }
@@ -409,9 +409,10 @@ HIL_EXPORT void hil_usart_interrupts(struct hil_usart *usart, struct hil_cpu *cp
   usart->irq = irq;
 }
 
-/* Ask a controller for transfers without telling Python: by these of its requests. */
-HIL_EXPORT void hil_usart_transfers(struct hil_usart *usart, struct hil_dma *dma, uint32_t to_send, uint32_t received) {
-  usart->dma = dma;
-  usart->requests[0] = to_send;
-  usart->requests[1] = received;
+/* Ask for transfers without telling Python: by lines of these numbers. */
+HIL_EXPORT void hil_usart_transfers(struct hil_usart *usart, struct hil_requests *requests, uint32_t to_send,
+                                    uint32_t received) {
+  usart->requests = requests;
+  usart->lines[0] = to_send;
+  usart->lines[1] = received;
 }

@@ -6,8 +6,8 @@
 #define HIL_USART_H
 
 #include "block.h"
-#include "dma_f1.h"
 #include "queue.h"
+#include "requests.h"
 
 struct hil_cpu;
 
@@ -121,8 +121,8 @@ struct hil_usart {
   struct hil_queue *queue;
   struct hil_cpu *cpu;       /* whose interrupt `irq` is driven; NULL: Python is told */
   uint32_t irq;
-  struct hil_dma *dma;       /* who gets its requests; NULL: Python is told */
-  uint32_t requests[2];      /* their numbers, to send and of what was received */
+  struct hil_requests *requests; /* where they go; NULL: Python is told */
+  uint32_t lines[2];         /* their numbers, to send and of what was received */
   struct hil_words expected, kept;
   struct hil_fifo received, to_send; /* behind the data registers; see usart_isr.c */
   int32_t sent, read, idle, arrives; /* events */

@@ -24,7 +24,7 @@ enum {
 enum { FIFO_LEVELS = RXNE | TXE | RXFF | RXFT | TXFT };
 /* CR1; four enables stand at the bit of their flag in ISR. */
 enum {
-  UE = 1 << 0, SAME_BIT = IDLE | RXNE | TC | TXE, RXNEIE = RXNE, TXEIE = TXE, PEIE = 1 << 8, WAKE = 1 << 11,
+  UE = 1 << 0, SAME_BIT = IDLE | RXNE | TC | TXE, RXNEIE = RXNE, PEIE = 1 << 8, WAKE = 1 << 11,
   MME = 1 << 13, CMIE = 1 << 14, RTOIE = 1 << 26, FIFOEN = 1 << 29, TXFEIE = 1 << 30,
 };
 #define RXFFIE (1u << 31)
@@ -38,11 +38,11 @@ enum { CLEARED_BY_ICR = 0x00121B5F }; /* the bits of ICR that stand at those of 
 
 enum { RX_WORDS = 17, TX_WORDS = 16 }; /* RDR and TDR are places as well */
 
-/* Bits that change nothing but the line to the interrupt, and the thresholds of the FIFOs. */
+/* Bits that change nothing but the lines to interrupt and DMA, and the thresholds of the FIFOs. */
 static const uint32_t ENABLES[] = {
     [CR1] = SAME_BIT | PEIE | CMIE | RTOIE | TXFEIE | RXFFIE,
     [CR2] = LBDIE,
-    [CR3] = EIE | CTSIE | TXFTIE | RXFTIE | 7u << RXFTCFG | 7u << TXFTCFG,
+    [CR3] = EIE | DMAR | DMAT | CTSIE | TXFTIE | RXFTIE | 7u << RXFTCFG | 7u << TXFTCFG,
 };
 
 static uint32_t *values(struct hil_usart *usart) { return usart->block.registers.values; }
@@ -268,10 +268,9 @@ static bool read(struct hil_block *block, uint32_t word, uint32_t *value) {
   return true;
 }
 
-/* DMA reads what enables say when it is asked for a word: Python tells it of a change. */
 static bool write_control(struct hil_usart *usart, uint32_t word, uint32_t value) {
   uint32_t *r = values(usart), changed = value ^ r[word];
-  if (changed & ~ENABLES[word] || (word == CR1 && changed & TXEIE && r[CR3] & (DMAT | DMAR)))
+  if (changed & ~ENABLES[word])
     return false;
   r[word] = value;
   if (changed)

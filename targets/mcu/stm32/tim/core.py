@@ -376,7 +376,6 @@ class TimerCore(Peripheral, abc.ABC):
 class _NoRequest:
     """A request to DMA of a timer that has none."""
 
-    private = False
     in_c = None
 
     def set(self, level: bool) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import pytest
 
 from targets.mcu.stm32.adc import Adc
@@ -75,12 +73,14 @@ class Rig(ConvertersRig):
     def drain(self):
         """Have a DMA controller read each value as it comes; return the list that grows."""
         request, found = self.requests.line("ADC1"), []
+        drive = request.set
 
-        def changed():
-            if request.level:
+        def driven(level):
+            drive(level)
+            if level:
                 self.chip.time.after(1, lambda: found.append(self.peek("DR")))
 
-        request.listen(SimpleNamespace(request_changed=changed))
+        request.set = driven
         return found
 
 

@@ -6,7 +6,6 @@ With PRESC at its reset value a clock of the converter takes 16 cycles: 480 MHz 
 from __future__ import annotations
 
 from fractions import Fraction
-from types import SimpleNamespace
 
 import pytest
 
@@ -99,15 +98,17 @@ class Rig(ConvertersRig):
     def drain(self, delay=1):
         """Have a DMA controller read each value as it comes; return the list that grows, with cycles."""
         request, found = self.requests.line("ADC1"), []
+        drive = request.set
 
         def serve():
             found.append((self.chip.time.now, self.peek("DR")))
 
-        def changed():
-            if request.level:
+        def driven(level):
+            drive(level)
+            if level:
                 self.chip.time.after(delay, serve)
 
-        request.listen(SimpleNamespace(request_changed=changed))
+        request.set = driven
         return found
 
 

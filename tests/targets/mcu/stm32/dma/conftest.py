@@ -9,7 +9,8 @@ from targets.mcu.stm32.dma_requests import Channels, Requests
 from targets.mcu.testing import FakeChip, peek, poke
 
 RAM = 0x2000_0000
-PORT = 0x4001_0000
+PORT, NOWHERE = 0x4001_0000, 0x6000_0000
+EN = 1 << 0
 IRQS = (56, 57, 58, 59, 60, 68, 69, 70)
 SHIFTS = (0, 6, 16, 22)
 NAMES = {0: "FE", 2: "DME", 3: "TE", 4: "HT", 5: "TC"}
@@ -60,6 +61,26 @@ class Rig:
 
     def clear(self, number, bits=0x3D):
         self.poke("LIFCR" if number < 4 else "HIFCR", bits << SHIFTS[number & 3])
+
+    def raise_flags(self, number, wanted):
+        """Have a stream set each of its flags, and clear those that are not wanted; others may be set elsewhere."""
+        other = (number + 1) % 8
+        self.stream(number, EN | 1 << 23, 4, fcr=0x24)  # FE: a burst of four bytes does not fit...
+        self.stream(number, EN | 3 << 23, 4, fcr=0x24)  # ... or one of sixteen
+        self.stream(number, EN, 4, NOWHERE)
+        self.serve(number)
+        self.stream(number, EN | 1 << 10, 2)
+        self.serve(number, 2)
+        self.stream(number, EN, 10)
+        self.stream(other, EN | 3 << 16 | 2 << 6 | 3 << 9 | 2 << 11, 64, PORT + 0x100, RAM + 0x100, fcr=0x27)
+        self.line(number).set(True)
+        self.chip.advance(1000)
+        self.line(number).set(False)
+        self.chip.advance(1000)
+        for each in (number, other):
+            self.poke(f"S{each}CR", 0)
+        assert self.flags(number) == set(NAMES.values())
+        self.clear(number, 0x3D & ~wanted)
 
     def irq(self, number):
         return self.chip.irq(IRQS[number])

@@ -41,8 +41,10 @@ def test_places_and_reserved_bits(rig, number):
 def test_flags_stand_and_are_cleared_at_their_places(make_rig, number, flags, cleared):
     rig = make_rig()
     word, mask = (sum(1 << bit for bit in bits) for bits in (flags, cleared))
-    for slot in rig.dma._slots:
-        slot.flag(word)
+    for stream in range(8):
+        rig.raise_flags(stream, 0x3D)
+    for stream in range(8):
+        rig.clear(stream, 0x3D & ~word)
     shift = (0, 6, 16, 22)[number % 4]
     low, high = rig.peek("LISR"), rig.peek("HISR")
     assert low == high == word | word << 6 | word << 16 | word << 22
@@ -61,9 +63,9 @@ def test_flags_stand_and_are_cleared_at_their_places(make_rig, number, flags, cl
 def test_interrupts_are_levels(make_rig, flag, enables, fifo):
     rig = make_rig()
     bit, enable = flag
+    rig.raise_flags(5, 1 << bit)
     rig.poke("S5CR", enables << 1)
     rig.poke("S5FCR", fifo << 7)
-    rig.dma._slots[5].flag(1 << bit)
     assert rig.irq(5).level is (fifo if enable is None else bool(enables << 1 >> enable & 1))
     rig.poke("S5CR", 0)
     rig.poke("S5FCR", 0)

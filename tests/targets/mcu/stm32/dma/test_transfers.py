@@ -462,3 +462,17 @@ class TestPriorities:
         rig.line(0).set(True)
         rig.chip.advance(20 * PERIPHERAL + MEMORY)
         assert rig.flags(0) == {"HT", "TC"}
+
+
+def test_a_burst_holds_its_port_for_each_further_beat(rig):
+    rig.stream(1, EN | MINC | PINC | 1 << 21, 8, fcr=FIFO | 3)
+    rig.stream(2, EN | MINC, 1, PORT + 0x200)
+    rig.line(1).pulse()
+    rig.chip.advance(1)
+    rig.line(2).pulse()
+    rig.chip.advance(4)
+    assert rig.accesses("read", PORT) == [PORT, PORT + 1, PORT + 2, PORT + 3]
+    rig.chip.advance(3 + 4)
+    assert len(rig.accesses("read", PORT)) == 4
+    rig.chip.advance(1)
+    assert rig.accesses("read", PORT)[4:] == [PORT + 0x200]
