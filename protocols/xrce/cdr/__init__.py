@@ -1,0 +1,1 @@
+"""CDR, and the messages of ROS in it."""
