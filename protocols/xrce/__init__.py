@@ -1,11 +1,17 @@
 """DDS-XRCE, the protocol between a microcontroller's client and the agent that speaks DDS for it, without any I/O.
 
-Start at `encode_submessage` and `decode_submessage` (what is said), `FrameReader` and `encode_frame` (a serial line),
-`objects.py` (what a client creates), `cdr` (the data themselves).
+Start at `Session` (one end of a serial line), `WriteData` and `TopicData` (what is said), `objects.py` (what a client
+creates), `states.py` (when), `streams.py` (what is sent again), `cdr` (the data themselves).
 """
 
 from __future__ import annotations
 
+from protocols.xrce.agent import (
+    AgentMachine,
+)
+from protocols.xrce.client import (
+    ClientMachine,
+)
 from protocols.xrce.codes import (
     BUILTIN_BEST_EFFORT,
     BUILTIN_RELIABLE,
@@ -46,6 +52,21 @@ from protocols.xrce.errors import (
     StreamFullError,
     XrceError,
 )
+from protocols.xrce.events import (
+    AgentTime,
+    CloseReason,
+    Event,
+    FrameDropped,
+    MessagesLost,
+    Pong,
+    Received,
+    Senseless,
+    SessionClosed,
+    SessionOpened,
+    StateChanged,
+    StreamsReset,
+    Transmit,
+)
 from protocols.xrce.framing import (
     NOISE_RUN,
     Dropped,
@@ -54,6 +75,10 @@ from protocols.xrce.framing import (
     FrameReader,
     encode_frame,
     longest_frame,
+)
+from protocols.xrce.machine import (
+    Counters,
+    Machine,
 )
 from protocols.xrce.message import (
     Header,
@@ -93,10 +118,45 @@ from protocols.xrce.objects import (
     Type,
 )
 from protocols.xrce.options import (
+    LEAST_MTU,
     AgentOptions,
     ClientOptions,
     FramingOptions,
     StreamOptions,
+)
+from protocols.xrce.sequence import (
+    BEFORE_FIRST,
+    after,
+    ahead,
+    is_newer,
+)
+from protocols.xrce.session import (
+    Session,
+)
+from protocols.xrce.states import (
+    AGENT_TABLE,
+    CLIENT_TABLE,
+    TIMER_STATES,
+    Action,
+    AgentState,
+    AgentTrigger,
+    ClientState,
+    ClientTrigger,
+    Role,
+    State,
+    Table,
+    Timer,
+    Transition,
+    Trigger,
+)
+from protocols.xrce.streams import (
+    BestEffortInput,
+    BestEffortOutput,
+    Fragments,
+    Numbered,
+    ReliableInput,
+    ReliableOutput,
+    Streams,
 )
 from protocols.xrce.submessages import (
     SUBMESSAGES,
@@ -134,10 +194,14 @@ from protocols.xrce.submessages import (
 )
 
 __all__ = [
+    "AGENT_TABLE",
+    "BEFORE_FIRST",
     "BUILTIN_BEST_EFFORT",
     "BUILTIN_RELIABLE",
+    "CLIENT_TABLE",
     "COOKIE",
     "KIND_OF_OBJECT",
+    "LEAST_MTU",
     "NOISE_RUN",
     "NO_SESSION",
     "NO_SESSION_WITH_KEY",
@@ -146,17 +210,30 @@ __all__ = [
     "OBJECT_CLIENT",
     "OBJECT_SESSION",
     "SUBMESSAGES",
+    "TIMER_STATES",
     "VENDOR_EPROSIMA",
     "VERSION",
     "AckNack",
+    "Action",
     "Agent",
     "AgentActivity",
+    "AgentMachine",
     "AgentOptions",
+    "AgentState",
+    "AgentTime",
+    "AgentTrigger",
     "Application",
     "AsXml",
+    "BestEffortInput",
+    "BestEffortOutput",
     "ByReference",
     "Client",
+    "ClientMachine",
     "ClientOptions",
+    "ClientState",
+    "ClientTrigger",
+    "CloseReason",
+    "Counters",
     "Create",
     "CreateClient",
     "Data",
@@ -174,8 +251,11 @@ __all__ = [
     "DeliveryControl",
     "DropReason",
     "Dropped",
+    "Event",
     "Fragment",
+    "Fragments",
     "Frame",
+    "FrameDropped",
     "FrameReader",
     "FramingOptions",
     "GetInfo",
@@ -187,12 +267,16 @@ __all__ = [
     "InstanceState",
     "LargeLocator",
     "LocalProtocolError",
+    "Machine",
     "MediumLocator",
+    "MessagesLost",
+    "Numbered",
     "Object",
     "ObjectKind",
     "PackedSamples",
     "Participant",
     "ParticipantBinary",
+    "Pong",
     "Properties",
     "Publisher",
     "PublisherBinary",
@@ -201,36 +285,55 @@ __all__ = [
     "RawSubmessage",
     "ReadData",
     "ReadSpecification",
+    "Received",
+    "ReliableInput",
+    "ReliableOutput",
     "RemoteProtocolError",
     "Replier",
     "ReplierBinary",
     "Requester",
     "RequesterBinary",
     "Reset",
+    "Role",
     "Sample",
     "SampleDelta",
     "SampleInfo",
     "SampleSequence",
+    "Senseless",
+    "Session",
+    "SessionClosed",
+    "SessionOpened",
     "SmallLocator",
+    "State",
+    "StateChanged",
     "Status",
     "StatusAgent",
     "StatusReply",
     "StreamFullError",
     "StreamOptions",
+    "Streams",
+    "StreamsReset",
     "Submessage",
     "SubmessageId",
     "Subscriber",
     "SubscriberBinary",
+    "Table",
     "TextLocator",
     "Time",
+    "Timer",
     "Timestamp",
     "TimestampReply",
     "Topic",
     "TopicBinary",
     "TopicData",
+    "Transition",
+    "Transmit",
+    "Trigger",
     "Type",
     "WriteData",
     "XrceError",
+    "after",
+    "ahead",
     "decode_header",
     "decode_submessage",
     "encode_frame",
@@ -238,6 +341,7 @@ __all__ = [
     "encode_submessage",
     "format_of",
     "has_client_key",
+    "is_newer",
     "is_reliable",
     "kind_of",
     "longest_frame",

@@ -8,12 +8,13 @@ from protocols.common.options import check_positive
 from protocols.xrce.codes import NO_SESSION, NO_SESSION_WITH_KEY
 from protocols.xrce.errors import LocalProtocolError
 
-__all__ = ["AgentOptions", "ClientOptions", "FramingOptions", "StreamOptions"]
+__all__ = ["LEAST_MTU", "AgentOptions", "ClientOptions", "FramingOptions", "StreamOptions"]
 
 _MOST = 0xFFFF
 _BITMAP_BITS = 16
 _KEY_BYTES = 4
-_LEAST_MTU = 32
+LEAST_MTU = 32
+"""Bytes of the shortest message that a session can do with: CREATE_CLIENT, and fragments of some use."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,8 +73,8 @@ class StreamOptions:
 
 
 def _check_mtu(mtu: int) -> None:
-    if not _LEAST_MTU <= mtu <= _MOST:
-        raise LocalProtocolError(f"mtu {mtu} is not {_LEAST_MTU}..{_MOST}")
+    if not LEAST_MTU <= mtu <= _MOST:
+        raise LocalProtocolError(f"mtu {mtu} is not {LEAST_MTU}..{_MOST}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

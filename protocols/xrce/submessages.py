@@ -11,7 +11,7 @@ has a result, and in INFO the configuration comes before the activity.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -63,11 +63,12 @@ _FORMAT_BITS = 0x0E
 _HEADER_BYTES = 4
 _LONGEST = 0xFFFF
 _NS_PER_S = 1_000_000_000
+_SIGN = 1 << 31
 
 
 @dataclass(frozen=True, slots=True)
 class Time:
-    """A time: seconds since the epoch, -2^31..2^31-1, and ns besides."""
+    """A time: seconds since the epoch, -2^31..2^31-1, which begin anew then; and ns besides."""
 
     seconds: int = 0
     nanoseconds: int = 0
@@ -75,7 +76,8 @@ class Time:
     @classmethod
     def of_ns(cls, ns: int) -> Time:
         """The time that is so many ns after the epoch."""
-        return cls(*divmod(ns, _NS_PER_S))
+        seconds, nanoseconds = divmod(ns, _NS_PER_S)
+        return cls((seconds + _SIGN) % (2 * _SIGN) - _SIGN, nanoseconds)
 
     @property
     def ns(self) -> int:
@@ -437,16 +439,15 @@ def decode_submessage(raw: RawSubmessage) -> Submessage:
     return record.kind(**fields)  # type: ignore[no-any-return]
 
 
-def split_submessages(data: bytes) -> list[RawSubmessage]:
-    """The submessages in a message behind its header, or in fragments put together.
+def split_submessages(data: bytes) -> Iterator[RawSubmessage]:
+    """Yields the submessages in a message behind its header, or in fragments put together.
 
     Each begins at a multiple of 4; up to 3 bytes behind the last are padding. WRITE_DATA and DATA of length 0 are all
     that is left.
 
     Raises:
-        RemoteProtocolError: one ends behind the end of the message.
+        RemoteProtocolError: one ends behind the end of the message; those before it have been yielded.
     """
-    found = []
     at = 0
     while at + _HEADER_BYTES <= len(data):
         number, flags, length = data[at], data[at + 1], int.from_bytes(data[at + 2 : at + _HEADER_BYTES], "little")
@@ -455,9 +456,8 @@ def split_submessages(data: bytes) -> list[RawSubmessage]:
             length = len(data) - at
         if at + length > len(data):
             raise RemoteProtocolError(f"submessage {number} of {length} bytes where {len(data) - at} are left")
-        found.append(RawSubmessage(id=number, flags=flags, payload=data[at : at + length]))
+        yield RawSubmessage(id=number, flags=flags, payload=data[at : at + length])
         at += length + -length % _HEADER_BYTES
-    return found
 
 
 def _flags_of(submessage: Submessage) -> int:
