@@ -8,10 +8,10 @@ What follows behind the last field that is known is passed over, as a later vers
 from __future__ import annotations
 
 import enum
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any
 
+from protocols.xrce.cdr.codec import TEXT, Codec, Number
 from protocols.xrce.cdr.stream import XCDR2_ALIGN, CdrReader, CdrWriter
 from protocols.xrce.errors import LocalProtocolError, RemoteProtocolError
 
@@ -52,33 +52,6 @@ def payload_reader(data: bytes, *, little_endian: bool) -> CdrReader:
     return CdrReader(data, little_endian=little_endian, max_align=XCDR2_ALIGN)
 
 
-class Codec(ABC):
-    """Writes values of one kind, and reads them."""
-
-    @abstractmethod
-    def write(self, out: CdrWriter, value: Any) -> None:
-        """Writes one; LocalProtocolError if it does not fit."""
-
-    @abstractmethod
-    def read(self, data: CdrReader) -> Any:
-        """Reads one; RemoteProtocolError if there is none."""
-
-
-class Number(Codec):
-    """A number, with its code in `struct`."""
-
-    def __init__(self, code: str) -> None:
-        self._code = code
-
-    def write(self, out: CdrWriter, value: Any) -> None:
-        """See `Codec`."""
-        out.number(self._code, value)
-
-    def read(self, data: CdrReader) -> Any:
-        """See `Codec`."""
-        return data.number(self._code)
-
-
 class Octets(Codec):
     """So many bytes."""
 
@@ -108,18 +81,6 @@ class _Id(Codec):
     def read(self, data: CdrReader) -> Any:
         """See `Codec`."""
         return int.from_bytes(data.octets(2), "big")
-
-
-class _Text(Codec):
-    """A string."""
-
-    def write(self, out: CdrWriter, value: Any) -> None:
-        """See `Codec`."""
-        out.text(value)
-
-    def read(self, data: CdrReader) -> Any:
-        """See `Codec`."""
-        return data.text()
 
 
 class _Blob(Codec):
@@ -303,4 +264,4 @@ def _kind_in(codec: Codec) -> type:
 
 U8, I16, U16, I32, U32, U64 = map(Number, "BhHiIQ")
 BOOLEAN = Number("?")
-ID, TEXT, BLOB, REST = _Id(), _Text(), _Blob(), _Rest()
+ID, BLOB, REST = _Id(), _Blob(), _Rest()

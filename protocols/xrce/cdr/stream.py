@@ -10,7 +10,9 @@ Bytes that are no UTF-8 survive in strings as lone surrogates, so that what was 
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from functools import cache
+from typing import Any
 
 from protocols.xrce.errors import LocalProtocolError, RemoteProtocolError
 
@@ -21,6 +23,13 @@ XCDR2_ALIGN = 4
 
 _ENCODING = "utf-8"
 _BOOLEAN = "?"
+
+
+def _truth(value: float) -> bool:
+    """A boolean, which `struct` would make of anything."""
+    if value not in (False, True):
+        raise struct.error("neither true nor false")
+    return bool(value)
 
 
 @cache
@@ -54,10 +63,11 @@ class CdrWriter:
         """
         packer = _packer(code, self.little_endian)
         try:
-            packed = packer.pack(value)
+            packed = packer.pack(_truth(value) if code == _BOOLEAN else value)
         except (struct.error, OverflowError) as error:
             raise LocalProtocolError(f"{value!r} is no number for '{code}': {error}") from None
-        self._data += bytes(-len(self._data) % min(packer.size, self.max_align)) + packed
+        self._align(packer.size)
+        self._data += packed
 
     def octets(self, data: bytes) -> None:
         """Writes bytes as they are."""
@@ -76,9 +86,24 @@ class CdrWriter:
         self.number("I", len(data) + 1)
         self._data += data + b"\0"
 
-    def numbers(self, code: str, values: bytes) -> None:
-        """Writes numbers that are packed already, in this byte order, aligned as the first of them."""
-        self._data += bytes(-len(self._data) % min(struct.calcsize("<" + code), self.max_align)) + values
+    def numbers(self, code: str, values: Sequence[float]) -> None:
+        """Writes numbers one behind the other, aligned as the first of them is.
+
+        Raises:
+            LocalProtocolError: one does not fit.
+        """
+        if not values:
+            return
+        order = "<" if self.little_endian else ">"
+        try:
+            packed = struct.pack(f"{order}{len(values)}{code}", *values)
+        except (struct.error, OverflowError) as error:
+            raise LocalProtocolError(f"{values!r} are no numbers for '{code}': {error}") from None
+        self._align(struct.calcsize(order + code))
+        self._data += packed
+
+    def _align(self, size: int) -> None:
+        self._data += bytes(-len(self._data) % min(size, self.max_align))
 
 
 class CdrReader:
@@ -149,15 +174,18 @@ class CdrReader:
             raise RemoteProtocolError("a string does not end in NUL")
         return data[:-1].decode(_ENCODING, "surrogateescape")
 
-    def numbers(self, code: str, count: int) -> bytes:
-        """Takes so many numbers, still packed.
+    def numbers(self, code: str, count: int) -> tuple[Any, ...]:
+        """Takes so many numbers.
 
         Raises:
             RemoteProtocolError: there are not so many.
         """
-        size = struct.calcsize("<" + code)
+        if not count:
+            return ()
+        order = "<" if self.little_endian else ">"
+        size = struct.calcsize(order + code)
         self._align(size)
-        return self.octets(count * size)
+        return struct.unpack(f"{order}{count}{code}", self.octets(count * size))
 
     def _align(self, size: int) -> None:
         self._at = min(self._at + -self._at % min(size, self.max_align), len(self._data))

@@ -62,7 +62,7 @@ def streams(draw):
 
 @every_role
 def test_any_cut_of_any_stream_gives_the_same_events(role):
-    @settings(max_examples=examples(150))
+    @settings(max_examples=examples(100))
     @given(st.lists(st.tuples(streams(), st.integers(0, 2 * SECOND)), max_size=4))
     def check(bursts):
         whole, single = end_of(role), end_of(role)
