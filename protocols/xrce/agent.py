@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from protocols.xrce.codes import (
     COOKIE,
     NO_SESSION,
@@ -13,6 +15,7 @@ from protocols.xrce.codes import (
     has_client_key,
 )
 from protocols.xrce.events import CloseReason, SessionClosed, SessionOpened
+from protocols.xrce.framing import Frame
 from protocols.xrce.machine import Machine
 from protocols.xrce.message import Header
 from protocols.xrce.objects import Agent, Client
@@ -61,6 +64,12 @@ class AgentMachine(Machine):
         self._request_id = 0
         self._known_key: bytes | None = None
         self._originate = Time()
+
+    def take_frame(self, frame: Frame) -> None:
+        """Handles a sound frame; what is said from now on goes to its sender."""
+        if frame.source != self._frames.remote_address:
+            self._frames = replace(self._frames, remote_address=frame.source)
+        super().take_frame(frame)
 
     def take_message(self, header: Header, body: bytes) -> None:
         """Handles a message."""

@@ -23,7 +23,7 @@ class FramingOptions:
 
     Attributes:
         local_address: of this end; 0 at both ends in the original (Micro-XRCE-DDS-Client, custom_transport.c).
-        remote_address: of the other end.
+        remote_address: of the other end; an agent answers to the address that it was spoken to from last.
         max_payload: the largest payload, in bytes; by default whatever the length field can say, as in
             Micro-XRCE-DDS-Agent (config.hpp: SERVER_BUFFER_SIZE 65535).
     """

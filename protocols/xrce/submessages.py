@@ -60,6 +60,7 @@ __all__ = [
 
 _LITTLE_ENDIAN, _REUSE, _REPLACE, _LAST_FRAGMENT = 0x01, 0x02, 0x04, 0x02
 _FORMAT_BITS = 0x0E
+_HAS_PROPERTIES_AT, _BYTES_WITHOUT_PROPERTIES = 13, 16
 _HEADER_BYTES = 4
 _LONGEST = 0xFFFF
 _NS_PER_S = 1_000_000_000
@@ -443,7 +444,8 @@ def split_submessages(data: bytes) -> Iterator[RawSubmessage]:
     """Yields the submessages in a message behind its header, or in fragments put together.
 
     Each begins at a multiple of 4; up to 3 bytes behind the last are padding. WRITE_DATA and DATA of length 0 are all
-    that is left.
+    that is left, and so is CREATE_CLIENT with properties but a length without them, as eProsima's client has it
+    (session_info_internal.h, CREATE_CLIENT_PAYLOAD_SIZE).
 
     Raises:
         RemoteProtocolError: one ends behind the end of the message; those before it have been yielded.
@@ -452,12 +454,20 @@ def split_submessages(data: bytes) -> Iterator[RawSubmessage]:
     while at + _HEADER_BYTES <= len(data):
         number, flags, length = data[at], data[at + 1], int.from_bytes(data[at + 2 : at + _HEADER_BYTES], "little")
         at += _HEADER_BYTES
-        if not length and number in (SubmessageId.WRITE_DATA, SubmessageId.DATA):
+        if _takes_all(number, length, data[at:]):
             length = len(data) - at
         if at + length > len(data):
             raise RemoteProtocolError(f"submessage {number} of {length} bytes where {len(data) - at} are left")
         yield RawSubmessage(id=number, flags=flags, payload=data[at : at + length])
         at += length + -length % _HEADER_BYTES
+
+
+def _takes_all(number: int, length: int, rest: bytes) -> bool:
+    """A submessage whose length does not say how long it is."""
+    if number == SubmessageId.CREATE_CLIENT:
+        has_properties = rest[_HAS_PROPERTIES_AT : _HAS_PROPERTIES_AT + 1] == b"\1"
+        return has_properties and length == _BYTES_WITHOUT_PROPERTIES
+    return not length and number in (SubmessageId.WRITE_DATA, SubmessageId.DATA)
 
 
 def _flags_of(submessage: Submessage) -> int:

@@ -87,6 +87,28 @@ def test_an_agent_answers_in_the_session_that_is_asked_for():
     assert agent.mtu == 256
 
 
+def test_an_agent_answers_to_the_address_that_asks():
+    """eProsima's serial transport lets a client have any address; its agent answers to that."""
+    agent = Session(Role.AGENT)
+    client = client_of(frames=xrce.FramingOptions(local_address=5))
+    answer = agent.receive(client.connect(0)[-1].data, 0)
+    assert [type(event) for event in client.receive(answer[1].data, 0)] == [xrce.StateChanged, xrce.SessionOpened]
+    (found,) = xrce.FrameReader(xrce.FramingOptions(local_address=5)).receive(
+        agent.send(xrce.TopicData(**IDS, data=b""), 0)
+    )
+    assert found.source == 0
+
+
+def test_a_client_with_properties_says_a_length_without_them():
+    """As eProsima's does: CREATE_CLIENT_PAYLOAD_SIZE is 16 in any case (session_info_internal.h)."""
+    asked = xrce.Client(client_key=KEY, session_id=0x81, mtu=512, properties=(("uxr_hl", "000100"),))
+    whole = xrce.encode_submessage(xrce.CreateClient(client=asked))
+    said = whole[:2] + b"\x10\0" + whole[4:]
+    events = Session(Role.AGENT).receive(xrce.encode_frame(b"\x80\0\0\0" + said), 0)
+    assert xrce.SessionOpened(peer=asked) in events
+    assert not any(isinstance(event, xrce.Senseless) for event in events)
+
+
 @each(
     ("client", "status"),
     [
