@@ -13,6 +13,7 @@ from pathlib import Path
 
 import autoware_pages
 import carla_pages
+import xrce_pages
 
 from hilbench.check.catalogue import Clause
 from hilbench.mcu.ledger import LedgerPeripheral, ledger_of
@@ -67,6 +68,8 @@ def pages() -> Mapping[str, str]:
         "carla/states.md": carla_pages.states_page(_table, _machine),
         "carla/frames.md": carla_pages.frames_page(_table),
         "carla/clauses.md": carla_pages.clauses_page(_table),
+        "xrce/states.md": xrce_pages.states_page(_machine),
+        "xrce/submessages.md": xrce_pages.submessages_page(_table),
         "fidelity.md": fidelity_page(),
         **{page: registers_page(chip) for page, chip in CHIPS.items()},
         "bluepill-clauses.md": bluepill_page(),

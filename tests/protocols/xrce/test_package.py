@@ -1,0 +1,42 @@
+"""The package exports what it says, needs nothing but the standard library, and does what its page shows."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from protocols import xrce
+from protocols.xrce import cdr
+from tests.protocols.clauses import check_package
+
+PAGE = Path(__file__).parents[3] / "docs" / "xrce" / "index.md"
+
+
+def test_package():
+    check_package(xrce)
+    check_package(cdr)
+
+
+def test_the_client_in_the_docs_finds_an_agent_and_says_how_fast_it_is():
+    """The snippet is a loop for ever; here its names are filled in so that it ends when it has spoken."""
+    (text,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    agent, events = xrce.Session(xrce.Role.AGENT), []
+
+    class ExampleOver(Exception):  # noqa: N818 - not an error
+        pass
+
+    class Port:
+        def write(self, data):
+            events.extend(agent.receive(data, 0))
+
+        def read(self):
+            if any(isinstance(event, xrce.Received) for event in events):
+                raise ExampleOver
+            return b"".join(event.data for event in events if isinstance(event, xrce.Transmit))
+
+    with pytest.raises(ExampleOver):
+        exec(text, {"port": Port(), "now_ns": lambda: 0})  # the documentation's own code
+    (received,) = (event for event in events if isinstance(event, xrce.Received))
+    assert received.submessage == xrce.WriteData(request_id=10, object_id=0x15, data=bytes.fromhex("0000A040"))

@@ -1,0 +1,76 @@
+"""Streams alone: numbers that begin anew, windows, what is missing, what is too much."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from protocols.xrce import AckNack, Heartbeat, RemoteProtocolError, StreamFullError, StreamOptions
+from protocols.xrce.sequence import after, ahead, is_newer
+from protocols.xrce.streams import Fragments, ReliableInput, ReliableOutput
+from tests.each import each
+
+SECOND = 1_000_000_000
+
+
+@each(
+    ("one", "other", "newer"),
+    [(1, 0, True), (0, 0, False), (0, 1, False), (0, 0xFFFF, True), (0x7FFF, 0, True), (0x8000, 0, False)],
+)
+def test_numbers_are_compared_around_65535(one, other, newer):
+    assert is_newer(one, other) is newer
+    assert after(other, ahead(one, other)) == one
+
+
+def test_more_messages_than_there_are_numbers_arrive_once_and_in_order():
+    """A quarter of all messages and acknowledgements is lost."""
+    chance = random.Random(26)
+    output, into = ReliableOutput(0x80, StreamOptions()), ReliableInput(0x80, StreamOptions())
+    heard, said, flying = [], 0, []
+    while len(heard) < 0x10000 + 100:
+        more = range(said, said + 16 - output.unacknowledged)
+        output.push([number.to_bytes(4, "big") for number in more])
+        said = more.stop
+        flying += output.sendable(0)
+        for number, body in flying:
+            if chance.random() < 0.75:
+                into.take(number, body)
+        heard += iter(into.next, None)
+        if (heartbeat := output.heartbeat(SECOND << 20)) and chance.random() < 0.75:
+            assert into.announced(heartbeat) == 0
+        flying = output.acknowledge(into.acknack(), 0) if chance.random() < 0.75 else []
+    assert heard == [number.to_bytes(4, "big") for number in range(len(heard))]
+
+
+def test_what_may_wait_is_limited():
+    output = ReliableOutput(0x80, StreamOptions(window=2, max_queued=10))
+    output.push([bytes(5)] * 4)
+    assert [number for number, _ in output.sendable(0)] == [0, 1]
+    with pytest.raises(StreamFullError, match="4 messages unacknowledged; 11 bytes would wait where 10 may"):
+        output.push([b"!"])
+    assert (output.unacknowledged, output.held) == (4, 20)
+    assert output.acknowledge(AckNack(first_unacked=1, nack_bitmap=0b10, stream_id=0x80), 0) == []
+    assert [number for number, _ in output.sendable(0)] == [2]
+    missing = output.acknowledge(AckNack(first_unacked=1, nack_bitmap=0b11, stream_id=0x80), 0)
+    assert missing == [(1, bytes(5)), (2, bytes(5))]
+
+
+def test_a_receiver_keeps_a_window_and_no_more():
+    into = ReliableInput(0x80, StreamOptions(window=4))
+    assert [number for number in (1, 3, 4, 5, 1, 0xFFFF) if into.take(number, b"12345")] == [1, 3]
+    assert (into.held, into.next()) == (10, None)
+    assert into.acknack() == AckNack(first_unacked=0, nack_bitmap=0b0101, stream_id=0x80)
+    into.announced(Heartbeat(first_unacked=0, last_unacked=0x7000, stream_id=0x80))
+    assert into.acknack().nack_bitmap == 0xFFF5
+
+
+def test_fragments_are_a_whole_with_the_last():
+    fragments = Fragments(6)
+    assert fragments.add(b"abc", last=False) is None
+    assert fragments.add(b"def", last=True) == b"abcdef"
+    assert fragments.add(b"ghijklm", last=False) is None
+    assert fragments.held == 0
+    with pytest.raises(RemoteProtocolError, match="6 bytes"):
+        fragments.add(b"n", last=True)
+    assert fragments.add(b"op", last=True) == b"op"
