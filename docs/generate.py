@@ -13,6 +13,7 @@ from pathlib import Path
 
 import autoware_pages
 import carla_pages
+import reference_pages
 
 from hilbench.check.catalogue import Clause
 from hilbench.mcu.ledger import LedgerPeripheral, ledger_of
@@ -75,6 +76,8 @@ def pages() -> Mapping[str, str]:
         "rover-model.md": rover_model_page(),
         "parts.md": parts_page(),
         "vehicles.md": vehicles_page(),
+        "reference/command-line.md": reference_pages.command_line_page(_table),
+        "reference/bench-file.md": reference_pages.bench_file_page(_table),
     }
 
 
