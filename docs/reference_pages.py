@@ -18,6 +18,7 @@ Table = Callable[[Sequence[str], Iterable[Sequence[str]]], str]
 Schema = Mapping[str, Any]
 
 DATA = Path(__file__).parents[1] / "hilbench" / "data"
+QUOTED = re.compile(r"'(hilbench [^']*)'")
 FILES = ("bench", "board")
 GROUPS = {
     "See a bench live": ("dashboard", "attach", "replay"),
@@ -72,8 +73,19 @@ def _command(name: str, table: Table) -> str:
         f"### {parser.prog}\n\n{parser.description}\n\n"
         + (table(("Argument or option", "Meaning"), rows) if rows else "")
         + f"\n```text\n{shown}\n```\n"
-        + (f"\n```text\n{notes}\n```\n" if notes else "")
+        + (f"\n{_prose(notes)}\n" if notes else "")
     )
+
+
+def _prose(notes: str) -> str:
+    """Return notes as paragraphs, which end where a line ends with a full stop; as they are if they are laid out."""
+    if "\n  " in notes:
+        return f"```text\n{notes}\n```"
+    return _as_code(notes.replace(".\n", ".\n\n"))
+
+
+def _as_code(text: str) -> str:
+    return QUOTED.sub(r"`\1`", text)
 
 
 def _is_shown(action: argparse.Action) -> bool:
@@ -91,7 +103,7 @@ def _written(action: argparse.Action) -> str:
 
 
 def _help(parser: Parser, action: argparse.Action) -> str:
-    return parser._get_formatter()._expand_help(action) if action.help else ""
+    return _as_code(parser._get_formatter()._expand_help(action)) if action.help else ""
 
 
 def bench_file_page(table: Table) -> str:
