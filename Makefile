@@ -41,7 +41,8 @@ unit: dev         ## on all cores; names what takes over a second
 	$(BIN)/python -m pytest -n auto --dist worksteal --durations=10 --durations-min=1
 
 .PHONY: exhaustive
-exhaustive: dev   ## every test there is; an hour and more
+exhaustive:       ## every test there is; an hour and more
+	@.ci/setup $(VENV) dev,docs
 	HILBENCH_EXHAUSTIVE=1 $(BIN)/python -m pytest -n auto --dist worksteal
 
 .PHONY: gate-runs
@@ -127,8 +128,16 @@ wheels:           ## manylinux wheels for x86-64 and ARM into dist, cross-compil
 	HILBENCH_WHEEL_MACHINE=x86_64 $(BIN)/python -m build --wheel --no-isolation
 	HILBENCH_WHEEL_MACHINE=aarch64 $(BIN)/python -m build --wheel --no-isolation
 
-docs: dev         ## regenerate what the docs take from the code
+docs:             ## write anew what the docs take from the code, and serve them as a site: http://127.0.0.1:8000
+	@.ci/setup $(VENV) dev,docs
 	$(BIN)/python docs/generate.py
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs serve --strict
+
+.PHONY: site
+site:             ## the site as files in build/site, which need no server but for the search
+	@.ci/setup $(VENV) dev,docs
+	$(BIN)/python docs/generate.py
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 clean:
 	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import autoware_pages
 import carla_pages
+import reference_pages
 import xrce_pages
 
 from hilbench.check.catalogue import Clause
@@ -78,6 +79,8 @@ def pages() -> Mapping[str, str]:
         "rover-model.md": rover_model_page(),
         "parts.md": parts_page(),
         "vehicles.md": vehicles_page(),
+        "reference/command-line.md": reference_pages.command_line_page(_table),
+        "reference/bench-file.md": reference_pages.bench_file_page(_table),
     }
 
 

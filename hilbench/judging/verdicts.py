@@ -96,7 +96,10 @@ class Untimely(Violation):
     Example scenarios: no answer came while the case waited; a report came while the target must be silent.
 
     Args:
-        cause, evidence, clause, measure: as of any outcome.
+        cause: as of any outcome, like the three that follow.
+        evidence: further lines that show it.
+        clause: the clause this is about.
+        measure: the figure that does not hold.
         spare_s: by how much the benches may have been late without being to blame, in seconds: how much longer the case
             waited than the target had.
     """

@@ -13,21 +13,21 @@ __all__ = ["compared", "page"]
 Row = Mapping[str, Any]
 
 _HEAD = """\
-# The same verdicts through each door
+# The same verdicts through each endpoint
 
 Made by `make doors`. Do not edit.
 
-Each suite runs on a board in memory, and on the same board behind a door: a pty, a TCP port, RFC 2217, and a pty with
-`hilbench proxy` in between. Whole suites are compared in virtual time, where nothing can be late; parts of them also in
-real time, with processes of their own.
+Each suite runs on a board in memory, and on the same board behind an endpoint: a pty, a TCP port, RFC 2217, and a pty
+with `hilbench proxy` in between. Whole suites are compared in virtual time, where nothing can be late. Parts of them
+are also compared in real time, with separate processes.
 
 """
 
 _REAL_TIME = """\
 ## In real time
 
-Made by `python -m measure.doors`; the data is in [doors-verdicts.json](doors-verdicts.json). What `hilbench serve` has
-behind a door is checked by another process.
+Made by `python -m measure.doors`; the data is in [doors-verdicts.json](doors-verdicts.json). One process checks what
+another, `hilbench serve`, has behind an endpoint.
 
 | Column | Cases |
 |---|---|
@@ -35,13 +35,13 @@ behind a door is checked by another process.
 | Inconclusive | have a limit within what the bench could measure, or failed for no figure while it was late |
 | Other | have another verdict: a defect |
 
-The board behind a door is a process of its own on the same host. It tells the checker what it is late by
-([doors.md](doors.md#a-bench-that-is-late)), so a board that stands still for 0.3 s makes a case inconclusive, and no
-fail. How late both were stands in the last columns: lateness p50, p99 and max in ms, then slips; for the board its
-speed as a part of real time before them. On an idle host fewer cases are inconclusive.
+The board behind an endpoint is a separate process on the same host. It reports its lateness to the checker
+([doors.md](doors.md#if-the-host-is-late)). So a board that stands still for 0.3 s makes a case inconclusive and not a
+fail. The last columns show how late both were: lateness p50, p99 and max in ms, then slips; for the board its speed as
+a part of real time comes first. On an idle host fewer cases are inconclusive.
 
-A board behind a door runs one program: cases of other programs do not apply there. The column *Cases* says which were
-run, and cases that need pins, wheels or the world do not apply, either.
+A board behind an endpoint runs one program, so cases of other programs do not apply there. Cases that need pins, wheels
+or the world do not apply either. The column *Cases* says which were run.
 
 """
 
@@ -68,7 +68,7 @@ def page(record: Sequence[Row], whole: str = "") -> str:
     """Return the page, with the part of whole suites."""
     by_key = {(row["bench"], row["suite"], row["door"]): row for row in record}
     lines = [
-        "| Bench | Suite | Cases | Door | As in memory | Inconclusive | Other | Checker | Board |",
+        "| Bench | Suite | Cases | Endpoint | As in memory | Inconclusive | Other | Checker | Board |",
         "|---|---|---|---|--:|--:|--:|--:|--:|",
     ]
     others: list[str] = []

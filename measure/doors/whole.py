@@ -21,16 +21,16 @@ WHOLE = ("rover", "vehicle", "rover-model", "pioneer")
 _HEAD = """\
 ## Whole suites, in virtual time
 
-Made by `python -m measure.doors --whole`; the data is in [doors-whole.json](doors-whole.json). All suites of a bench,
-those with pins, wheels and cars included, on the emulated board or the model, by `hilbench check BENCH --through DOOR`:
-every byte of the checker's lines passes the door on its way, which is made of the same classes as in real time
-([doors.md](doors.md#a-door-on-the-way-without-a-clock-on-the-wall)). The cells say how many cases have the verdict that
-they have in memory. The Blue Pill's suites are not here: they look at its pins, and their checker has no line.
+Made by `python -m measure.doors --whole`; the data is in [doors-whole.json](doors-whole.json). All suites of a bench
+run on the emulated board or the model by `hilbench check BENCH --through ENDPOINT`, those with pins, wheels and cars
+included. Every byte of the checker's lines passes the endpoint, which is made of the same classes as in real time
+([doors.md](doors.md#an-endpoint-in-virtual-time)). The cells say how many cases have the same verdict as in memory. The
+Blue Pill's suites are not here: they look at pins, and their checker has no line.
 
 """
 
 _BETWEEN = """
-The run hash, over all that was said, done and judged and when, and how long the host took, which had other work:
+The run hash covers all that was sent, done and judged, and when. The times are those of a host that had other work:
 
 """
 
