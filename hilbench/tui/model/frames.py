@@ -10,8 +10,8 @@ from typing import Any
 from hilbench.plugins.blame import place_of
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
-from hilbench.recordings.lines import said
 from protocols.common.decoding import Decoder, Speaker
+from protocols.common.item_words import said
 from protocols.common.items import Item, Kind
 from protocols.common.layout import Region, laid_out
 
