@@ -104,7 +104,7 @@ def _seen(model: BenchModel | None, own: Help, recorded: bool) -> Iterator[str]:
     boards = ", ".join(escape(f"{about.get('board', name)}") for name, about in model.live.get("boards", {}).items())
     if boards:
         yield f"Firmware runs on an emulated {boards}, instruction by instruction; Pins show what it does."
-    said = dict.fromkeys(one.help for one in model.frames.protocols if one.help)
+    said = dict.fromkeys(one.help or f"The line speaks {escape(one.title)}." for one in model.frames.protocols)
     yield from said or ("None of our clients speaks to it: you look on, and can reset it.",)
     if model.world.vehicle:
         yield f"World is the truth about the {escape(model.world.vehicle)}, not what it believes."
