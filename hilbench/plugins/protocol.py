@@ -172,4 +172,6 @@ class ProtocolPlugin:
 
 
 def _value(kind: Any, said: Any) -> Any:
-    return kind[said] if isinstance(kind, type) and issubclass(kind, Enum) else said
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return kind[said]
+    return Path(said) if kind is Path else said
