@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
+from enum import Enum
+from pathlib import Path
 from typing import Any
 
 from hilbench.bench.state_reporter import Observed, describe_machine
@@ -10,7 +13,7 @@ from hilbench.benchfile.bench_file import EmulatedBoard
 from hilbench.plugins.discovery import PLUGINS
 from worlds.world import World, engine_of
 
-__all__ = ["about_boards", "about_line", "about_world"]
+__all__ = ["about_boards", "about_line", "about_reading", "about_world"]
 
 
 def about_line(operator: str, protocol: str, machines: Mapping[str, Observed]) -> dict[str, Any]:
@@ -20,6 +23,11 @@ def about_line(operator: str, protocol: str, machines: Mapping[str, Observed]) -
         "protocol": protocol,
         "machines": {name: describe_machine(observed) for name, observed in machines.items()},
     }
+
+
+def about_reading(options: Any) -> dict[str, object]:
+    """Return how frames are read, a protocol's record of options, as `ProtocolPlugin.options_in` finds it."""
+    return {one.name: _plain(getattr(options, one.name)) for one in dataclasses.fields(options)}
 
 
 def about_world(world: World | None) -> dict[str, Any]:
@@ -44,3 +52,7 @@ def about_boards(boards: Mapping[str, EmulatedBoard]) -> dict[str, Any]:
         name: {"board": emulated.board_name, "leds": {led.pin: led.name for led in emulated.board.leds}}
         for name, emulated in boards.items()
     }
+
+
+def _plain(value: object) -> object:
+    return value.name if isinstance(value, Enum) else str(value) if isinstance(value, Path) else value

@@ -104,6 +104,10 @@ class LinePeer(ABC, Generic[MessageT]):
         """Return how frames are checked, if that is known."""
         return None
 
+    def _words_of(self, got: Received[MessageT]) -> str:
+        """Return a packet in words, for evidence: its bytes, and what else is known of it."""
+        return got.raw.hex(" ").upper()
+
     # --- what was refused
 
     def refused(self, since: int = 0) -> str:
@@ -153,7 +157,7 @@ class LinePeer(ABC, Generic[MessageT]):
     def evidence(self, mark: int | None = None) -> Sequence[str]:
         """Return the latest packets (those since ``mark``) and what was dropped, as lines for a report."""
         shown = self.received[-_EVIDENCE_PACKETS:] if mark is None else self.received[mark:][-_EVIDENCE_PACKETS:]
-        lines = [f"{got.at_ns / NS_PER_S:10.4f} s  {got.raw.hex(' ').upper()}" for got in shown]
+        lines = [f"{got.at_ns / NS_PER_S:10.4f} s  {self._words_of(got)}" for got in shown]
         lines += [
             f"dropped ({drop.reason})  {drop.data[:32].hex(' ').upper()}{self._reading_of(drop)}"
             for drop in self.dropped[-2:]

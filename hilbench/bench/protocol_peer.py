@@ -6,11 +6,12 @@ from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
 from hilbench.bench import Bench
-from hilbench.bench.line_peer import LinePeer, Sound, Unsound
+from hilbench.bench.line_peer import LinePeer, Received, Sound, Unsound
 from hilbench.errors import UsageError
 from hilbench.links import Port
 from hilbench.plugins.protocol import API, ProtocolPlugin
 from protocols.common.checksum import Checksum
+from protocols.common.item_words import said
 from protocols.common.items import Item, Kind
 
 __all__ = ["QUIET_WITHIN_S", "RAW", "ProtocolPeer", "peer_of"]
@@ -80,6 +81,14 @@ class ProtocolPeer(LinePeer[Any]):
 
     def _checksum(self) -> Checksum | None:
         return None if self.protocol.checksum is None else self.protocol.checksum(self._options)
+
+    def _words_of(self, got: Received[Any]) -> str:
+        """Return what the decoder says of it, and its bytes."""
+        data = super()._words_of(got)
+        if got.packet is None or isinstance(got.packet, bytes):
+            return data
+        read = self.protocol.decoder(self._options, "target").feed(got.raw)
+        return "  ".join([*map(said, read), f"[{data}]"])
 
     def frame_of(self, message: Any) -> bytes:
         """Return the frame of a message.

@@ -35,7 +35,7 @@ def with_parts(parsed: argparse.Namespace, bench_file: BenchFile) -> BenchFile:
         return bench_file
 
     from hilbench.benchfile.bench_model import BenchModel, TargetEntry
-    from hilbench.benchfile.part_entries import parse_part
+    from hilbench.benchfile.part_grammar import parse_part
     from hilbench.benchfile.wiring_reader import WiringReader
     from hilbench.errors import UsageError
     from hilbench.strict import Strict

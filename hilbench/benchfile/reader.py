@@ -76,8 +76,9 @@ def open_bench(bench: str | None = None, *, run_plugins: bool = True, changes: S
         return read_bench(own, name=bench, changes=changes)
     if run_plugins and (file := PLUGINS.systems.bench(bench)) is not None:
         return read_bench(file, name=bench, changes=changes)
-    if "/" in bench or bench.endswith(".toml") or Path(bench).exists():
-        return read_bench(Path(bench), run_plugins=run_plugins, changes=changes)
+    path = Path(bench)
+    if "/" in bench or bench.endswith(".toml") or (path.exists() and not path.is_dir()):
+        return read_bench(path, run_plugins=run_plugins, changes=changes)
     if not run_plugins and PLUGINS.systems.is_of_stranger(bench):
         raise UsageError("comes with a plug-in, and none is run here", where=bench, hint="name the bench file itself")
     raise UsageError("no such bench", where=bench, hint=_near(bench))
@@ -90,6 +91,8 @@ def read_bench(path: Path, name: str = "", *, run_plugins: bool = True, changes:
 
 
 def _near(bench: str) -> str | None:
+    if bench in PLUGINS.names():
+        return f"'{bench}' is a protocol; name a bench file whose target speaks it (docs/plugins.md)"
     return did_you_mean(bench, [*built_in_benches(), *PLUGINS.systems.bench_names()], "benches")
 
 

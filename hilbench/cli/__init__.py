@@ -176,6 +176,9 @@ def _unknown_command(word: str) -> UsageError:
         return UsageError(f"unknown option '{word}'", hint=did_you_mean(word, ["--help", "--version"], "options"))
     from hilbench.plugins.discovery import PLUGINS
 
+    if word in PLUGINS.names():
+        hint = "name a command, or a bench file whose target speaks it (docs/plugins.md)"
+        return UsageError(f"'{word}' is a protocol", hint=hint)
     benches = [*built_in_benches(), *PLUGINS.systems.bench_names()]
     near = nearest(word, [*COMMANDS, *benches])
     return UsageError(f"unknown command '{word}'", hint=did_you_mean(word, [near] if near else COMMANDS, "commands"))

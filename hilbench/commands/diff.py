@@ -24,8 +24,8 @@ _NOTES = """
 A recording is a journal (of run, serve or check), waveforms (.vcd), or a table as logic analysers export it (.csv: a
 column of times, 'Time [s]' or in ms, us, ns or ps, then one for each pin). Both are laid over each other at the first
 change they have in common, and compared until the first of them ends. If the other one has changes after that, they are
-different, unless that end is the one of a journal that was closed, or --common or --until asks for no more. Of a
-capture that cannot tell it, a wire that floats counts as low.
+different, unless that end is the one of a journal that was closed, or --common or --until asks for no more. In a
+capture that does not show it, a wire that floats counts as low.
 With --events all that happened is compared, not what the pins did: events of recordings in any format that
 'hilbench export' has, case by case, the n-th of a source and kind in A with the n-th in B.
 Exit code 0: equal, up to the tolerance; 1: different; 2: wrong usage, or nothing to compare; 3: a file cannot be read.

@@ -95,10 +95,13 @@ def _of_protocol(parsed: argparse.Namespace) -> tuple[Written, str]:
     from hilbench.plugins.discovery import PLUGINS
 
     name, known = parsed.protocol, PLUGINS.names()
-    if name in known or nearest(name, known) or parsed.port or parsed.baud is not None:
+    if name in known or parsed.port or parsed.baud is not None:
         from hilbench.doctor.first_test import init_port
 
         return init_port(PLUGINS.get(name, "--protocol"), parsed.port, parsed.baud, parsed.dir), "pytest"
+    if (near := nearest(name, known)) is not None:
+        hint = f"did you mean '{near}'? A package for a new one needs a name that is less like it"
+        raise UsageError(f"no protocol '{name}'", where="--protocol", hint=hint)
     from hilbench.plugins.new_package import new_package
 
     return new_package(name, parsed.dir), f"cd {name}; pip install -e .; hilbench check {name}.toml"

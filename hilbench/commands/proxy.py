@@ -61,6 +61,8 @@ def run(parsed: argparse.Namespace) -> ExitCode:
         seed=parsed.seed,
         journal=parsed.journal,
         journal_max=parsed.journal_max,
+        protocol=parsed.protocol,
+        reading=parsed.options,
     )
     outputs = [("--journal", options.journal)]
     refuse_overwriting(outputs, [("--faults", options.faults), *plugin_files()])

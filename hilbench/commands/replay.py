@@ -109,9 +109,12 @@ def _into(parsed: argparse.Namespace) -> int:
     protocol = spoken(laid_out(recording.events), lambda one: bool(one.replay_bench) or not at_port)
     if protocol is None or (at_port and not protocol.replay_bench):
         wrong = "no protocol is known that makes frames of its bytes"
-        wrong = wrong if protocol is None else f"{protocol.name} is spoken there, and cannot be played"
+        wrong = wrong if protocol is None else f"{protocol.name} is spoken there, and its record names no replay_bench"
         names = ", ".join(one.name for one in PLUGINS.all() if one.replay_bench or not at_port)
-        raise UsageError(wrong, where=str(path), hint=f"that can be played: {names}")
+        hint = f"that can be played: {names}"
+        if protocol is not None:
+            hint = f"--into BENCH plays it to a model of its own; at a port {hint}"
+        raise UsageError(wrong, where=str(path), hint=hint)
     interruption.raise_once()
     provider = make_provider(_options(parsed, protocol))
     console = Console()

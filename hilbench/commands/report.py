@@ -24,7 +24,7 @@ hilbench report run.jsonl > report.html
 
 _NOTES = """
 RUN is a report of 'hilbench check --json', or a recording of 'hilbench check --journal'. A recording that follows a
-report tells the last moments of its cases: frames with their fields, pins, where the vehicle was. A recording alone has
+report shows the last moments of its cases: frames with their fields, pins, where the vehicle was. A recording alone has
 verdicts by case. Several reports stand beside each other, from the left to the right; 'changed' shows what differs.
 The page needs no network and loads nothing.
 Exit code 0: written; 2: wrong usage; 3: a file cannot be read or written.

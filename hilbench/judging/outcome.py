@@ -105,9 +105,9 @@ def with_open_points(outcome: Outcome, unclear: Sequence[Inconclusive]) -> Outco
         return outcome
     if outcome.verdict is Verdict.PASS:
         outcome, unclear = outcome_of(unclear[0]), unclear[1:]
-    left = [f"cannot be told either: {_one_line(str(point))}" for point in unclear[:_MOST_POINTS]]
+    left = [f"cannot be judged either: {_one_line(str(point))}" for point in unclear[:_MOST_POINTS]]
     if len(unclear) > _MOST_POINTS:
-        left.append(f"and {len(unclear) - _MOST_POINTS} figures more cannot be told")
+        left.append(f"and {len(unclear) - _MOST_POINTS} more figures cannot be judged")
     return replace(outcome, evidence=(*outcome.evidence, *left))
 
 

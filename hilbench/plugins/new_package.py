@@ -25,7 +25,7 @@ _FILES = {
     "{name}/frames.py": "frames.py",
     "{name}/node.py": "node.py",
     "{name}/plugin.py": "plugin.py",
-    "{name}/suite.py": "suite.py",
+    "{name}/{name}_suite.py": "suite.py",
     "tests/test_{name}_frames.py": "test.py",
 }
 """What is written, and of which template."""

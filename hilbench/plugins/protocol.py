@@ -122,7 +122,8 @@ class ProtocolPlugin:
         decoder: makes a decoder of a stream: how it is read, and who sends it.
         options: how frames are read, a dataclass whose fields all have defaults; each becomes a flag of those commands
             that show frames. The metadata ``help`` of a field says what it is.
-        regions: returns what the bytes of a sound frame are; the whole frame is one if it says nothing.
+        regions: returns what the bytes of a sound frame are, ``regions(raw, options, sent=...)``, where a host
+            sent or heard it; the whole frame is one region if it says nothing.
         checksum: returns how the frames that are read in this way are checked, for whoever changes one on its way; None
             where they are not, or not by one rule.
         longest_frame: in bytes: what may be left of a frame where a recording begins.
@@ -136,7 +137,8 @@ class ProtocolPlugin:
         suites: what is checked of a bench with the model whose file names no suites.
         baud: the usual rate of its line, in bit/s.
         recorded: what can be judged on a recording; None for nothing.
-        replay_bench: the bench that a recording is played to where only a port is named; empty if none can.
+        replay_bench: the bench, by name or as the path of its file, that a recording is played to where only a port is
+            named; empty if none can.
         first_test: what is written for somebody who begins; None for nothing.
     """
 
@@ -170,4 +172,6 @@ class ProtocolPlugin:
 
 
 def _value(kind: Any, said: Any) -> Any:
-    return kind[said] if isinstance(kind, type) and issubclass(kind, Enum) else said
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return kind[said]
+    return Path(said) if kind is Path else said

@@ -9,11 +9,10 @@ from enum import Enum
 from typing import Any
 
 from hilbench.clock import NS_PER_S
+from protocols.common.item_words import said
 from protocols.common.items import Item, Kind
 
-__all__ = ["json_line", "plain", "said", "text_line", "value_text"]
-
-_SHOWN_BYTES = 24
+__all__ = ["json_line", "plain", "text_line"]
 
 
 def text_line(item: Item, offset: int, stream: str, ns: int | None) -> str:
@@ -25,15 +24,6 @@ def text_line(item: Item, offset: int, stream: str, ns: int | None) -> str:
         columns.append(f"{stream:<12}")
     columns.append(said(item))
     return "  ".join(columns)
-
-
-def said(item: Item) -> str:
-    """Return what an item says, in words; the bytes of it if it says nothing."""
-    if item.kind is Kind.FRAME:
-        fields = [f"{name}={value_text(value)}" for name, value in item.fields.items() if value is not None]
-        return " ".join([item.name, *fields])
-    more = f" ... ({len(item.raw)} bytes)" if len(item.raw) > _SHOWN_BYTES else ""
-    return f"!! {item.name}: {item.raw[:_SHOWN_BYTES].hex(' ').upper()}{more}"
 
 
 def json_line(item: Item, offset: int, stream: str, ns: int | None) -> str:
@@ -48,19 +38,6 @@ def json_line(item: Item, offset: int, stream: str, ns: int | None) -> str:
         about["fields"] = {name: plain(value) for name, value in item.fields.items()}
     about["raw"] = item.raw.hex()
     return json.dumps(about)
-
-
-def value_text(value: object) -> str:
-    """Return the value of a field in words."""
-    if isinstance(value, float):
-        return f"{value:.7g}"
-    if isinstance(value, bytes):
-        return value.hex(" ").upper() or "-"
-    if isinstance(value, Enum):
-        return value.name
-    if isinstance(value, tuple | list):
-        return "[" + " ".join(map(value_text, value)) + "]"
-    return str(value)
 
 
 def plain(value: object) -> object:

@@ -19,8 +19,8 @@ from hilbench.journal import Journal, Recording
 from hilbench.judging.provider import PLAIN_SETUP, BenchProvider, CaseBench, CaseInfo, CaseSetup, case_seed
 from hilbench.mcu.board_case import BoardCase
 from hilbench.plugins.protocol import ProtocolPlugin
-from hilbench.recordings.lines import said
 from hilbench.recordings.listening import HOST, TARGET, Talk, talks
+from protocols.common.item_words import said
 from protocols.common.items import Item
 
 __all__ = ["SETTLE_S", "Replayed", "replay_into"]

@@ -16,6 +16,7 @@ import msgspec
 from msgspec import UNSET
 
 from hilbench.bench import Bench
+from hilbench.bench.about import about_reading
 from hilbench.bench.line_faults import describe_faults
 from hilbench.benchfile.fault_entries import FaultEntry
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
@@ -23,6 +24,7 @@ from hilbench.errors import UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
 from hilbench.links import Line, Port, ReconnectingPort, SerialPort, is_serial_target, parse_serial_target
+from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.serving import Notice, Say, open_door, place, run_until_stopped, signals_held
 from hilbench.serving.near_ends import open_near_end
 from hilbench.serving.relay import CLIENT, SERVER, A, B, Heard, Relay
@@ -56,6 +58,8 @@ class ProxyOptions:
         seed: of everything random.
         journal: where the journal is written.
         journal_max: how large it and the part before it may get together, in bytes; None for no limit.
+        protocol: what is spoken, as far as that is known; who shows the journal reads it so.
+        reading: how its frames are read, the protocol's own record of options.
     """
 
     a: str
@@ -65,6 +69,8 @@ class ProxyOptions:
     seed: int = 0
     journal: Path | None = None
     journal_max: int | None = None
+    protocol: ProtocolPlugin | None = None
+    reading: object = None
 
 
 _WATCHED = partial(SerialPort, watch_lines=True)
@@ -110,6 +116,7 @@ def proxy(options: ProxyOptions, say: Say, heard: Heard | None = None) -> ExitCo
             stack.callback(end.close)
             ends[name] = end
         header = {"proxy": [options.a, options.b], "seed": options.seed, "faults": [one.describe() for one in faults]}
+        header |= _live(options)
         bench.journal = Journal(options.journal, header, max_bytes=options.journal_max, after=bench.journal)
         stack.callback(lambda: bench.journal.close(bench.now_ns))
         record = options.journal is not None
@@ -130,6 +137,18 @@ def proxy(options: ProxyOptions, say: Say, heard: Heard | None = None) -> ExitCo
         for line in relay.faults.evidence() if relay.faults is not None else ():
             say(line)
     return ExitCode.OK
+
+
+def _live(options: ProxyOptions) -> dict[str, object]:
+    """Return what the header of the journal says for those who show it: who speaks what.
+
+    With faults an end gets something else than the other has said, so the client's end alone is shown.
+    """
+    if options.protocol is None:
+        return {}
+    speaks = {"protocol": options.protocol.name}
+    speakers = {CLIENT: speaks} if options.faults is not None else {CLIENT: speaks, SERVER: {**speaks, "far": True}}
+    return {"live": {"operator": CLIENT, **speaks, "speakers": speakers, **about_reading(options.reading)}}
 
 
 def read_faults(path: Path) -> tuple[FaultEntry, ...]:

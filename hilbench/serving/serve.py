@@ -157,7 +157,7 @@ def _record_received(bench: Bench, name: str, port: Port) -> None:
 def _announce(bench: Bench, doors: Sequence[AnyDoor], port: Port, say: Say, line: str, options: ServeOptions) -> None:
     """Tell where the doors are and who comes and goes; `line` is its name where there are several."""
     to_robot = port.on_line
-    left = "left, which the target is not told" if options.ignore_hangup else "left"
+    left = "left; the target is not notified" if options.ignore_hangup else "left"
     at, serving = (f"{line}: ", f"serving {line} at") if line else ("", "serving at")
 
     def line_changed(up: bool, at_ns: int) -> None:
@@ -166,7 +166,7 @@ def _announce(bench: Bench, doors: Sequence[AnyDoor], port: Port, say: Say, line
 
     def garbled(door: AnyDoor, client_baud: int) -> None:
         say(
-            f"{bench.now_s:10.3f} s  the client set {client_baud} baud, the robot listens at {door.baud}; "
+            f"{bench.now_s:10.3f} s  the client set {client_baud} baud, the target listens at {door.baud}; "
             f"bytes are garbled as on a real line; --any-baud or --baud {client_baud}"
         )
 

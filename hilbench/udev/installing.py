@@ -255,7 +255,7 @@ def reload_rules(host: Host) -> str:
         ran = [host.run(command) for command in _RELOAD]
         if all(one is not None and one.code == 0 for one in ran):
             return "udev has read them; what is plugged in has its access and its names"
-    return f"udev could not be told; run: {_RELOAD_BY}"
+    return f"udev could not be notified; run: {_RELOAD_BY}"
 
 
 def _cannot_install(directory: Path, error: OSError, print_by: str) -> HilbenchError:

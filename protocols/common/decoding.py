@@ -83,9 +83,11 @@ class ReaderDecoder(Generic[FrameT, RejectedT]):
         reader: finds them.
         rejected: the class of bytes that are no frame.
         senseless: what `item` raises of a frame whose content makes no sense.
-        body: the attribute with what a frame carries; its first byte says which message that is.
+        body: the attribute with what a frame carries; its first byte says which message that is, if `sort` does
+            not.
         item: reads a sound frame. A dashboard that goes back in a recording copies decoders with `pickle`: a function
             at the top level of its module, or a `functools.partial` of one.
+        sort: likewise a function; returns what distinguishes a frame from those of other messages.
     """
 
     def __init__(
@@ -96,12 +98,14 @@ class ReaderDecoder(Generic[FrameT, RejectedT]):
         senseless: type[Exception],
         body: str,
         item: Callable[[FrameT], Item],
+        sort: Callable[[FrameT], Hashable] | None = None,
     ) -> None:
         self._reader = reader
         self._rejected = rejected
         self._senseless = senseless
         self._body = body
         self._item = item
+        self._sort = sort
 
     def feed(self, data: bytes) -> Iterator[Item]:
         """See `Decoder`."""
@@ -113,7 +117,10 @@ class ReaderDecoder(Generic[FrameT, RejectedT]):
 
     def sort(self, found: FrameT | RejectedT) -> Hashable:
         """See `Decoder`."""
-        return None if isinstance(found, self._rejected) else bytes(getattr(found, self._body)[:1])
+        if isinstance(found, self._rejected):
+            return None
+        frame = cast("FrameT", found)
+        return bytes(getattr(frame, self._body)[:1]) if self._sort is None else self._sort(frame)
 
     def finish(self) -> Iterator[Item]:
         """See `Decoder`."""

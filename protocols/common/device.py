@@ -131,8 +131,8 @@ class TableDevice(StateMachine[Enum, Enum, Enum, Enum, object, Counters]):
         return frame
 
     def _expire(self, now_ns: int) -> None:
-        """Let each timer run out at its time."""
-        while (due_ns := self.next_deadline_ns()) is not None and due_ns <= now_ns:
+        """Let each timer run out at its time; what a device has to do at other times is not among them."""
+        while (due_ns := super().next_deadline_ns()) is not None and due_ns <= now_ns:
             self.now_ns = due_ns
             self.expire_next()
         self.now_ns = max(self.now_ns, now_ns)

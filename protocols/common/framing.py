@@ -1,6 +1,7 @@
 """Finds frames in a stream by looking at what begins at each byte; for frames that say themselves how they end.
 
-Bytes that begin no frame are dropped one by one, with the reason; those in a row with one reason are one piece.
+Bytes that begin no frame are dropped one by one, with the reason; those in a row with one reason are one piece. Where
+it is known how far a refused frame goes, such as a line of text with a wrong checksum, it is dropped as a whole.
 """
 
 from __future__ import annotations
@@ -40,8 +41,8 @@ class Unfinished(enum.Enum):
     TOO_LONG = "longer than any frame"
 
 
-Look = Callable[[bytes], "Frame | enum.Enum | None"]
-"""Says what some bytes begin with: a frame, no frame and why, or None where it takes more bytes to say."""
+Look = Callable[[bytes], "Frame | Dropped | enum.Enum | None"]
+"""Says what some bytes begin with: a frame; bytes that are none; why the first byte is none; None for more."""
 
 
 class ScanningReader:
@@ -65,19 +66,19 @@ class ScanningReader:
         """Take bytes that came at a time, in ns; return what they complete, in order.
 
         Raises:
-            ValueError: `look` has found a frame without bytes.
+            ValueError: `look` has found something without bytes.
         """
         late = self._gap_ns is not None and now_ns - self._latest_ns > self._gap_ns
         found: list[Frame | Dropped] = [*self.reset()] if late else []
         self._latest_ns = now_ns
         held, at, dropped = self._held + data, 0, _Run()
         while at < len(held) and (one := self._first(held[at : at + self._longest])) is not None:
-            if isinstance(one, Frame):
-                found += [*dropped.end(), one]
-                at += len(one.raw)
-            else:
+            if isinstance(one, enum.Enum):
                 found += dropped.add(one, held[at])
                 at += 1
+            else:
+                found += [*dropped.end(), one]
+                at += len(_bytes_of(one))
         self._held = held[at:]
         return [*found, *dropped.end()]
 
@@ -86,13 +87,17 @@ class ScanningReader:
         held, self._held = self._held, b""
         return [Dropped(Unfinished.ABANDONED, held)] if held else []
 
-    def _first(self, shown: bytes) -> Frame | enum.Enum | None:
+    def _first(self, shown: bytes) -> Frame | Dropped | enum.Enum | None:
         one = self._look(shown)
         if one is None and len(shown) == self._longest:
             return Unfinished.TOO_LONG
-        if isinstance(one, Frame) and not one.raw:
-            raise ValueError("a frame without bytes was found")
+        if isinstance(one, Frame | Dropped) and not _bytes_of(one):
+            raise ValueError("a frame without bytes was found, or one without bytes was dropped")
         return one
+
+
+def _bytes_of(found: Frame | Dropped) -> bytes:
+    return found.raw if isinstance(found, Frame) else found.data
 
 
 class _Run:

@@ -24,6 +24,7 @@ from targets.parts.part import (
 
 __all__ = [
     "PARTS",
+    "ROUTINE",
     "AnalogOutput",
     "Control",
     "DigitalInput",
@@ -58,6 +59,9 @@ PARTS: Mapping[str, str] = MappingProxyType(
     }
 )
 """Module and class of each kind."""
+
+ROUTINE = frozenset({"EncoderMoved", "EncoderWords", "JoystickMoved", "MotorWord"})
+"""Names of events that a part reports all the time; no line of a log."""
 
 
 def part_class(kind: str) -> type[Part]:

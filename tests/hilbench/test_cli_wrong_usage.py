@@ -26,6 +26,8 @@ WRONG = [
     ("check pioneer extra", "check: 'extra' is one argument too many"),
     ("pionere", "unknown command 'pionere'; did you mean 'pioneer'?"),
     ("check pionere", "pionere: no such bench; did you mean 'pioneer'?"),
+    ("pkt", "'pkt' is a protocol; name a command, or a bench file whose target speaks it"),
+    ("check pkt", "pkt: no such bench; 'pkt' is a protocol; name a bench file whose target speaks it"),
     ("check ./none.toml", "none.toml: no such bench file"),
     ("check pioneer --suite p2os-sever", "--suite p2os-sever: no such suite or file; did you mean 'p2os-server'?"),
     ("check pioneer --suite pyproject.txt", "--suite pyproject.txt: no such suite or file"),
@@ -111,3 +113,10 @@ def test_a_right_bench_file_is_said_to_be_so(capsys, tmp_path):
     file.write_text('version = 1\n[targets.robot]\nmodel = "pioneer-2dx"\n')
     assert main(["validate", str(file)]) == 0
     assert capsys.readouterr() == (f"{file}: ok\n", "")
+
+
+def test_a_folder_that_is_called_like_a_protocol_is_no_bench(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    tmp_path.joinpath("pkt").mkdir()
+    assert main(["check", "pkt"]) == 2
+    assert "'pkt' is a protocol" in capsys.readouterr().err

@@ -16,11 +16,14 @@ import pytest
 from hilbench.cli import main
 from hilbench.errors import UsageError
 from hilbench.journal import Journal
+from hilbench.recordings.piecewise import open_pieces
 from hilbench.serving.proxy import read_faults
+from hilbench.tui.model.replay import Replay
 from protocols.pkt import PROFILES, RequestTelemetry, encode_command, encode_frame
 from tests.hilbench.forked import PATIENCE_S
 
 REQUEST = encode_frame(encode_command(RequestTelemetry()), PROFILES["documented"].client.frames)
+SYNC0 = bytes.fromhex("FAFB03000000")
 SERVED = pytest.mark.real_time("a process that serves; its words and bytes are waited for, and nothing is timed")
 
 
@@ -100,6 +103,25 @@ def test_bytes_pass_both_ways_and_into_the_journal(proxy, board, tmp_path):
         if event["kind"] == "tx":
             passed[event["source"]] += bytes.fromhex(event["data"])
     assert passed == {"client": every, "server": every[::-1]}
+
+
+@pytest.mark.parametrize("faulty", [False, True])
+@SERVED
+def test_a_recording_shows_the_frames_of_both_directions(proxy, board, tmp_path, faulty):
+    master, name = board
+    tmp_path.joinpath("faults.toml").write_text('[[faults]]\nkind = "noise"\nbyte = 1000000\ntowards = "b"\n')
+    words = ("--protocol", "p2os", "--journal", "passed.jsonl", *(("--faults", "faults.toml") if faulty else ()))
+    between = proxy(f"serial:{name}", *words)
+    between.client.sendall(SYNC0)
+    assert read(master, len(SYNC0)) == SYNC0
+    os.write(master, SYNC0)
+    assert between.receive(len(SYNC0)) == SYNC0
+    between.end()
+    replay = Replay(open_pieces(tmp_path / "passed.jsonl"))
+    replay.work()
+    frames = replay.model.frames.frames
+    assert [(frame.sent, frame.good) for frame in frames] == [(True, True), (False, True)]
+    assert [[region.name for region in frame.regions][2] for frame in frames] == ["number", "type"]
 
 
 @pytest.mark.parametrize("clients", ["all", "first"])

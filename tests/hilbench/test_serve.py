@@ -376,7 +376,7 @@ def test_a_robot_that_is_not_told_of_a_hang_up_goes_on_with_the_session(serve, l
     client.write(SYNC1 + SYNC2 + OPEN)
     client.receive_until(SIP)
     client.close()
-    served.has_said("a client left, which the target is not told")
+    served.has_said("a client left; the target is not notified")
     came(link).receive_until(SIP)
     assert served.end() == 0
 
@@ -451,7 +451,7 @@ def test_a_wrong_rate_garbles_and_is_told_once(serve, link):
     assert served.end() == 0
     assert served.said.count("garbled") == 1
     assert (
-        "the client set 115200 baud, the robot listens at 9600; "
+        "the client set 115200 baud, the target listens at 9600; "
         "bytes are garbled as on a real line; --any-baud or --baud 115200"
     ) in served.said
 

@@ -124,7 +124,7 @@ def run_of_report(report: Report, name: str, recording: Recording | None = None)
         name=name,
         headline=headline(report.bench, report.seed, report.hilbench),
         ending=f"exit {report.exit_code}: {report.exit_meaning}",
-        counts=f"{report.counts.clauses} clauses: {counted(report.counts)}",
+        counts=counted(report.counts),
         rows=tuple(
             Row(id=one.id, suite=one.suite, level=one.level, title=one.title, text=one.text, source=one.source)
             for one in report.clauses

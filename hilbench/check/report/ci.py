@@ -127,7 +127,7 @@ def markdown(report: Report) -> str:
         f"## hilbench check: {_cell(report.exit_meaning)}",
         "",
         f"{_cell(bench)}, seed {report.seed}, exit {report.exit_code}.",
-        f"{report.counts.clauses} clauses: {_cell(counted(report.counts))}.",
+        f"{_cell(counted(report.counts))}.",
         *([f"\nStopped: {_cell(report.stopped)}."] if report.stopped else []),
         "",
     ]

@@ -89,9 +89,8 @@ def _total(planned: Sequence[PlannedCase]) -> str:
     applicable = [case for case in planned if not case.missing]
     clauses = {clause for case in applicable for clause in case.clause_ids}
     time_s = sum(case.bench_time_s for case in applicable)
-    return (
-        f"{len(applicable)} of {len(planned)} cases apply: {len(clauses)} clauses, about {time_s:.0f} s of bench time"
-    )
+    count = f"{len(clauses)} clause{'s' * (len(clauses) != 1)}"
+    return f"{len(applicable)} of {len(planned)} cases apply: {count}, about {time_s:.0f} s of bench time"
 
 
 def _listed(case: PlannedCase) -> ListedCase:

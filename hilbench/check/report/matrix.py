@@ -129,24 +129,25 @@ def _labelled(label: str, lines: Iterable[str]) -> list[str]:
 
 
 def _summary(report: Report, colours: bool) -> list[str]:
+    count = f"{len(report.cases)} case{'s' * (len(report.cases) != 1)}"
     speed = f", {report.bench_time_s / report.host_time_s:.1f} times real time" if report.host_time_s else ""
     code = ExitCode(report.exit_code)
     lines = [
-        f"{report.counts.clauses} clauses: {counted(report.counts)}",
-        f"{len(report.cases)} cases, {report.bench_time_s:.1f} s of bench time in {report.host_time_s:.1f} s{speed}",
+        counted(report.counts),
+        f"{count}, {report.bench_time_s:.1f} s of bench time in {report.host_time_s:.1f} s{speed}",
         *footer.lines(report),
         f"run hash {report.run_hash}" if report.run_hash else f"no run hash: {report.no_run_hash}",
     ]
     if report.stopped:
         not_run = sum(case.verdict is Verdict.NOT_RUN for case in report.cases)
-        lines.append(f"stopped: {report.stopped}; {not_run} cases not run")
+        lines.append(f"stopped: {report.stopped}; {not_run} case{'s' * (not_run != 1)} not run")
     style = "green" if code is ExitCode.OK else "bold red"
     said, notes = f"exit {report.exit_code}: {report.exit_meaning}", len(report.observed.notes)
     return [*lines, _painted(f"{said}; {notes_counted(notes)}" if notes else said, style, colours)]
 
 
 def counted(counts: Counts) -> str:
-    """Return how many clauses have which verdict, in words."""
+    """Return how many clauses there are, and how many have which verdict, in words."""
     weaker = f" ({counts.by_own_report} by its own report)" if counts.by_own_report else ""
     words = [
         (counts.passed, f"pass{weaker}"),
@@ -157,7 +158,8 @@ def counted(counts: Counts) -> str:
         (counts.not_applicable, "not applicable"),
         (counts.not_run, "not run"),
     ]
-    return ", ".join(f"{number} {word}" for number, word in words if number) or "none"
+    said = ", ".join(f"{number} {word}" for number, word in words if number) or "none"
+    return f"{counts.clauses} clause{'s' * (counts.clauses != 1)}: {said}"
 
 
 def _painted(text: str, style: str, colours: bool) -> str:

@@ -26,8 +26,8 @@ BOARD = Dashboard(
 )  # fmt: skip
 """Of those on which none of our clients speaks."""
 
-_PARTS = frozenset({"I2cTransaction", "MotorWord", "EncoderMoved", "EncoderWords", "JoystickMoved"})
-"""What parts tell all the time; frames, counters and pins show it."""
+_BUSES = frozenset({"I2cTransaction"})
+"""What the buses of a board report all the time; their pins show it."""
 _BYTES = frozenset({"bytes_in", "bytes_out", "frames_in", "frames_out"})
 
 
@@ -39,6 +39,8 @@ def dashboard_of(live: Event) -> tuple[Dashboard, list[str]]:
     Args:
         live: what the header of the journal says of it.
     """
+    from targets.parts import ROUTINE
+
     shown = str(live.get("protocol") or live.get("vehicle", ""))
     found, problems = [ROBOT if live.get("protocol") else BOARD], []
     for system in PLUGINS.systems.shown(shown):
@@ -52,7 +54,7 @@ def dashboard_of(live: Event) -> tuple[Dashboard, list[str]]:
     meant = next((one for one in found if shown in one.shows), found[0])
     every = replace(
         meant,
-        routine=_PARTS.union(*(one.routine for one in found)),
+        routine=frozenset().union(_BUSES, ROUTINE, *(one.routine for one in found)),
         bad=frozenset().union(*(one.bad for one in found)),
         said={kind: said for one in found for kind, said in one.said.items()},
         traffic=_BYTES.union(*(one.traffic for one in found)),

@@ -10,8 +10,8 @@ from typing import Any
 from hilbench.plugins.blame import place_of
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
-from hilbench.recordings.lines import said
 from protocols.common.decoding import Decoder, Speaker
+from protocols.common.item_words import said
 from protocols.common.items import Item, Kind
 from protocols.common.layout import Region, laid_out
 
@@ -74,7 +74,8 @@ class FrameModel:
         if self._end.protocol is None:
             return laid_out(self.item.raw, [("bytes", len(self.item.raw))])
         try:
-            return self._end.protocol.regions(self.item.raw, self._end.options, sent=self.sent)
+            by_host = self.sent == (self._end.side == "host")
+            return self._end.protocol.regions(self.item.raw, self._end.options, sent=by_host)
         except Exception as error:  # noqa: BLE001 - a plug-in's: the others are there
             return laid_out(self.item.raw, [(failed("regions", error), len(self.item.raw))])
 
@@ -86,13 +87,17 @@ class FrameModel:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _End:
-    """An end of a line: what it speaks and how, which line of several that is, and which side of it."""
+    """An end of a line: what it speaks and how, which line of several that is, and from which side it is seen.
+
+    What a far end sends is heard by whoever sees it so.
+    """
 
     name: str
     protocol: ProtocolPlugin | None = None
     options: Any = None
     line: str = ""
     side: str = "host"
+    far: bool = False
 
 
 class _Guarded:
@@ -186,7 +191,7 @@ class FramesModel:
         return [end.protocol for end in self._ends.values() if end.protocol is not None]
 
     def take(self, event: Event) -> list[FrameModel]:
-        """Take bytes that an end of ours sent or heard; return what they bring anew.
+        """Take bytes that an end of ours sent or heard, or a far one; return what they bring anew.
 
         That are the frames that were heard, but of each message at most one in each `LEAST_STEP_NS`: a full line has
         thousands in a second, and nobody reads them all.
@@ -195,7 +200,7 @@ class FramesModel:
         end = self._ends.get(source)
         if end is None:
             return []
-        sent = event["kind"] == "tx"
+        sent = (event["kind"] == "tx") != end.far
         decoder = self._decoders[source, sent]
         found = decoder.find(bytes.fromhex(event["data"]))
         read, count = decoder.read, self._count + 1
@@ -242,7 +247,8 @@ def _ends(live: Event) -> dict[str, _End]:
         side, line = str(about.get("side", "host")), str(about.get("line", ""))
         options = None if protocol is None else protocol.options_in(live)
         if name:
-            found[who] = _End(name=name, protocol=protocol, options=options, line=line, side=side)
+            far = bool(about.get("far", False))
+            found[who] = _End(name=name, protocol=protocol, options=options, line=line, side=side, far=far)
     return found
 
 

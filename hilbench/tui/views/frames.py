@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from hilbench.recordings.lines import value_text
 from hilbench.tui.model.frames import FrameModel
 from hilbench.tui.views.words import BAD, DIM, HEAD, LIT, fit, seconds
+from protocols.common.item_words import value_text
 
 if TYPE_CHECKING:
     from protocols.common.layout import Region

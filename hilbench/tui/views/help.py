@@ -104,7 +104,7 @@ def _seen(model: BenchModel | None, own: Help, recorded: bool) -> Iterator[str]:
     boards = ", ".join(escape(f"{about.get('board', name)}") for name, about in model.live.get("boards", {}).items())
     if boards:
         yield f"Firmware runs on an emulated {boards}, instruction by instruction; Pins show what it does."
-    said = dict.fromkeys(one.help for one in model.frames.protocols if one.help)
+    said = dict.fromkeys(one.help or f"The line speaks {escape(one.title)}." for one in model.frames.protocols)
     yield from said or ("None of our clients speaks to it: you look on, and can reset it.",)
     if model.world.vehicle:
         yield f"World is the truth about the {escape(model.world.vehicle)}, not what it believes."
@@ -118,10 +118,10 @@ def _tries(model: BenchModel | None, actions: Collection[str], own: Help, record
         yield "[b]e[/b] goes to the first error; [b],[/b] and [b].[/b] go through what led to it, event by event."
         return
     if "drive" in actions:
-        yield "Hold [b]w[/b], then let go: the log tells when the dead man stops it."
+        yield "Hold [b]w[/b], then let go: the log says when the dead man stops it."
     yield from own.tries
     if "inject" in actions:
-        yield "[b]i ctrl+s[/b]: noise towards the target. Counters tell what is rejected, Watchdogs what is left."
+        yield "[b]i ctrl+s[/b]: noise towards the target. Counters show what is rejected, Watchdogs what is left."
         yield "[b]i[/b], drop, 60 percent: how long does the session live? States shows which way it ends."
     if model is not None and ("protocol" in model.live or "speakers" in model.live):
         yield "[b]5 up enter[/b]: a frame byte by byte. [b]/ ! enter[/b]: only those that were refused."

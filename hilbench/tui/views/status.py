@@ -117,7 +117,8 @@ def _pace(model: BenchModel) -> Iterator[Text]:
     late = f"  late   p50 {ns_words(pace['p50_ns'])}, p99 {ns_words(pace['p99_ns'])}, most {ns_words(pace['max_ns'])}"
     yield Text(late, DIM)
     if pace["slips"]:
-        yield Text(f"  bench time stood still {pace['slips']} times, {ns_words(pace['slipped_ns'])} in all", BAD)
+        count = f"{pace['slips']} time{'s' * (pace['slips'] != 1)}"
+        yield Text(f"  bench time stood still {count}, {ns_words(pace['slipped_ns'])} in all", BAD)
 
 
 def _driver(model: BenchModel) -> Text:

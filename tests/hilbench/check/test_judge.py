@@ -138,6 +138,6 @@ def test_what_comes_behind_such_a_point_counts(check, behind, verdict, cause):
     (case,) = report.cases
     assert case.verdict is verdict
     assert cause in case.cause
-    others = [line for line in case.evidence if line.startswith("cannot be told either: stop: 2 ± 0.1 s")]
+    others = [line for line in case.evidence if line.startswith("cannot be judged either: stop: 2 ± 0.1 s")]
     assert len(others) == (1 if behind == "pass" else 2)
     assert len(case.measures) == 2

@@ -253,7 +253,7 @@ def test_what_the_target_says_of_itself_is_marked_and_no_longer_missing(check, m
     assert (report.exit_code, report.exit_meaning) == (0, f"all checks passed; {shown}")
     text = matrix.render(report, colours=False, width=None)
     assert "by its own report: A lost link stops the motors\n" in text
-    assert "1 clauses: 1 pass (1 by its own report)\n" in text
+    assert "1 clause: 1 pass (1 by its own report)\n" in text
     assert (report.counts.passed, report.counts.by_own_report) == (1, 1)
     (test,) = ElementTree.fromstring(junit.junit_xml(report)).iter("testcase")
     assert test.find("properties/property[@name='by_own_report']").get("value") == "duty"

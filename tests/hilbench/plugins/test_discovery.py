@@ -1,10 +1,15 @@
 from __future__ import annotations
 
+import json
+from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 
 import pytest
 
+from hilbench.bench.about import about_reading
 from hilbench.errors import UsageError
+from hilbench.plugins.protocol import API, ProtocolPlugin
 from tests.hilbench.plugins.conftest import TINY
 
 OWN = ["autoware", "carla", "p2os", "pkt"]
@@ -287,3 +292,27 @@ def test_a_board_at_a_port_has_the_peer_of_its_protocol_as_the_emulated_one_has(
     assert isinstance(provider, AttachedPeerProvider)
     assert provider.capabilities == {"PKT!"}
     provider.close()
+
+
+class Form(Enum):
+    SHORT = "S"
+    LONG = "L"
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One option of each kind."""
+
+    form: Form = Form.SHORT
+    table: Path = Path("none")
+    strict: bool = True
+    length: int = 3
+    scale: float = 1.0
+    word: str = ""
+
+
+def test_how_frames_are_read_comes_back_from_the_header_of_a_journal():
+    protocol = ProtocolPlugin(api=API, name="x", title="X", decoder=print, options=Reading)
+    reading = Reading(form=Form.LONG, table=Path("a/b"), strict=False, length=4, scale=0.5, word="w")
+    header = json.loads(json.dumps(about_reading(reading)))
+    assert protocol.options_in({"protocol": "x", **header}) == reading

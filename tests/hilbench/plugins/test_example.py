@@ -106,6 +106,10 @@ def test_a_recording_of_it_is_judged_decoded_and_exported(verdicts, hilbench, tm
     code, out, err = hilbench("export", journal, "--mcap", tmp_path / "run.mcap")
     assert code == 0
     assert "with the frames of tank" in out + err
+    assert hilbench("replay", journal, "--into", MODEL)[0] == 0
+    code, _, err = hilbench("replay", journal, "--into", f"serial:{tmp_path / 'port'}")
+    assert code == 2
+    assert "its record names no replay_bench; --into BENCH plays it to a model of its own" in err
 
 
 def test_a_silent_node_is_found_in_a_recording(verdicts, tmp_path):

@@ -54,7 +54,7 @@ def test_its_tests_pass(made):
         ("My-Bus", "cannot be the name of a new protocol's package; write small letters"),
         ("json", "is the name of another package"),
         ("worlds", "is the name of another package"),
-        ("p2so", "no protocol 'p2so'; did you mean 'p2os'?"),
+        ("p2so", "no protocol 'p2so'; did you mean 'p2os'? A package for a new one needs a name that is less like it"),
         ("", "cannot be the name"),
     ],
 )

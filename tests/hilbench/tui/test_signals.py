@@ -8,8 +8,10 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from hilbench.plugins.dashboard import Dashboard
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.checks import ChecksModel
+from hilbench.tui.model.signals import SignalsModel
 from hilbench.tui.views.checks import checks_view, clause_view
 from hilbench.tui.views.console import console_view
 from hilbench.tui.views.plots import figure, plots_view
@@ -63,6 +65,14 @@ def test_what_the_far_end_tells_has_its_unit(model_of):
     assert (rover.signals["rpm"].unit, len(rover.signals["rpm"].parts)) == ("rpm", 4)
     assert robot.usual() == ["speed", "turn rate", "battery"]
     assert rover.usual()[:2] == ["rpm", "throttles"]
+
+
+def test_fields_are_plotted_in_the_unit_that_ends_their_name():
+    signals = SignalsModel(Dashboard(kind="robot"), {})
+    for name, unit in {"level_mm": "mm", "speed_mm_s": "mm/s", "range_m": "m", "number": None}.items():
+        signals._take_field(name, 1.0, 0)
+        plotted = signals.signals.get(name.partition("_")[0])
+        assert (plotted and plotted.unit) == unit, name
 
 
 def test_what_is_ahead_is_the_nearest_that_was_heard_last():

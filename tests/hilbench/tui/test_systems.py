@@ -12,6 +12,7 @@ from hilbench.tui.model.replay import _Kept
 from hilbench.tui.views.beside import beside_view
 from hilbench.tui.views.help import help_text
 from hilbench.tui.views.status import strip_view
+from targets.parts import ROUTINE
 
 HEAD = """
 from rich.text import Text
@@ -209,6 +210,23 @@ def test_a_view_and_help_that_fail_say_so_in_their_place(bring):
     text = help_text(model, ACTIONS, [], recorded=False)
     assert "its help fails: head_of_a_test.py:" in text
     assert "[b]Keys[/b]" in text
+
+
+def test_what_parts_and_buses_report_all_the_time_is_no_line_of_the_log():
+    events = [{**REPORTED, "ns": 1, "name": name} for name in (*ROUTINE, "I2cTransaction", "MotorHot")]
+    assert [line.text for line in model_with(events).log.lines] == ["MotorHot"]
+
+
+def test_help_names_a_protocol_that_says_nothing_of_itself(plugins, tmp_path):
+    path = tmp_path / "head_of_a_test.py"
+    path.write_text(
+        "from hilbench.plugins.protocol import API, ProtocolPlugin\n"
+        "BUS = ProtocolPlugin(api=API, name='bus', title='Our [bus]', decoder=print)\n"
+    )
+    PLUGINS.add_file(path, "a test")
+    text = help_text(BenchModel({"live": {"operator": "host", "protocol": "bus"}}), ACTIONS, [], recorded=False)
+    assert "The line speaks Our \\[bus]." in text
+    assert "None of our clients" not in text
 
 
 def test_what_is_shown_keeps_to_its_room(bring):

@@ -65,3 +65,29 @@ def test_what_is_due_happens_before_bytes_that_come_later(lamp):
 def test_a_line_that_goes_down_ends_what_is_unfinished(lamp):
     assert lamp.line_down(9) == b""
     assert lamp.now_ns == 9
+
+
+class Beacon(Lamp):
+    """Also flashes each 0.4 s, of which its table knows nothing."""
+
+    flash_ns = 400_000_000
+
+    def next_deadline_ns(self):
+        lit_ns = super().next_deadline_ns()
+        return self.flash_ns if lit_ns is None else min(self.flash_ns, lit_ns)
+
+    def advance(self, now_ns):
+        sent = super().advance(now_ns)
+        if now_ns == self.flash_ns:
+            self.flash_ns += 400_000_000
+            sent += b"*"
+        return sent
+
+
+def test_a_device_may_have_times_of_its_own_beside_its_timers():
+    beacon = Beacon()
+    assert beacon.receive(b"!", 5) == b"!"
+    sent = {}
+    while (due_ns := beacon.next_deadline_ns()) < 1_300_000_000:
+        sent[due_ns] = beacon.advance(due_ns)
+    assert sent == {400_000_000: b"*", 800_000_000: b"*", 1_000_000_005: b"SAY DONE", 1_200_000_000: b"*"}

@@ -79,6 +79,27 @@ def test_what_never_ends_is_given_up():
     assert reader.reset() == [Dropped(Unfinished.ABANDONED, b"def")]
 
 
-def test_a_frame_without_bytes_is_a_mistake_of_who_looks():
-    with pytest.raises(ValueError, match="a frame without bytes"):
-        ScanningReader(lambda held: Frame(b"", b"")).receive(b"a", 0)
+def line(held):
+    """Text up to a newline, which begins with ``$``; a line that does not is refused as a whole."""
+    end = held.find(b"\n") + 1
+    if not end:
+        return None
+    return Frame(held[:end], held[1 : end - 1]) if held[:1] == b"$" else Dropped(Reason.SUM, held[:end])
+
+
+def test_what_is_refused_as_a_whole_is_one_piece():
+    stream = b"$a\nxyz\nuv\n$b\n$c"
+    for cut in range(len(stream) + 1):
+        reader = ScanningReader(line)
+        assert [*reader.receive(stream[:cut], 0), *reader.receive(stream[cut:], 0)] == [
+            Frame(b"$a\n", b"a"),
+            Dropped(Reason.SUM, b"xyz\n"),
+            Dropped(Reason.SUM, b"uv\n"),
+            Frame(b"$b\n", b"b"),
+        ]
+
+
+@pytest.mark.parametrize("empty", [Frame(b"", b""), Dropped(Reason.SUM, b"")])
+def test_a_piece_without_bytes_is_a_mistake_of_whoever_looks(empty):
+    with pytest.raises(ValueError, match="without bytes"):
+        ScanningReader(lambda held: empty).receive(b"a", 0)
