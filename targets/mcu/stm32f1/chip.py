@@ -252,7 +252,14 @@ class Stm32f103(BasicChip):
             if name in there
         }
         self.i2cs = {
-            name: I2c(name, base, services, irq=irq, rx_left=partial(self._dma_of(f"{name}_RX").left, f"{name}_RX"))
+            name: I2c(
+                name,
+                base,
+                services,
+                irq=irq,
+                rx_left=partial(self._dma_of(f"{name}_RX").left, f"{name}_RX"),
+                tx_left=partial(self._dma_of(f"{name}_TX").left, f"{name}_TX"),
+            )
             for name, (base, irq) in I2CS.items()
             if name in there
         }

@@ -13,7 +13,12 @@ Choices where the manual is silent:
 * PE that is cleared in the middle of a transfer lets go of both lines at once.
 * A bus whose SDA something holds low is busy, until that is over or the interface was reset.
 
-Not modelled: slave mode, SMBus and PEC; they are noted when they are asked for.
+Packet error code (section 26.3.8): it counts each byte at its ninth clock, begins anew at a START that is no repeated
+one, and stays readable after the STOP (choices). The byte that is the PEC is not counted (choice). One that is to be
+sent follows what is in DR; by DMA it follows the last byte of the channel, and the last byte that a channel takes is
+one. POS makes the byte after the present one the PEC, never the first one after ADDR.
+
+Not modelled: slave mode and ARP; they are noted when they are asked for.
 """
 
 from __future__ import annotations
@@ -23,27 +28,65 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import ClassVar
 
-from targets.mcu.fidelity import Fidelity
 from targets.mcu.i2c_bus import I2cBus
 from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
 from targets.mcu.stm32.i2c_levels import I2cLevels
+from targets.mcu.stm32.i2c_message import crc8
 from targets.mcu.stm32.i2c_timing import Timing
 from targets.mcu.stm32.i2c_wire import Wire
+from targets.mcu.stm32f1.i2c_registers import (
+    ACK,
+    ADD10,
+    ADDR,
+    AF,
+    ARLO,
+    BERR,
+    BTF,
+    BUSY,
+    CCR,
+    CLEARED_WITHOUT_PE,
+    CR1,
+    CR2,
+    DMAEN,
+    DR,
+    ENPEC,
+    ERRORS,
+    EVENTS,
+    FREQ,
+    ITBUFEN,
+    ITERREN,
+    ITEVTEN,
+    LAST,
+    MSL,
+    OAR1,
+    OAR2,
+    PE,
+    PEC,
+    PEC_SHIFT,
+    PEC_VALUE,
+    PECERR,
+    POS,
+    REGISTERS,
+    RXNE,
+    SB,
+    SLAVE_NOTE,
+    SMBALERT,
+    SMBUS,
+    SR1,
+    SR2,
+    START,
+    STOP,
+    SWRST,
+    TIMEOUT,
+    TRA,
+    TXE,
+)
+from targets.mcu.stm32f1.i2c_smbus import LOW_NS, MASTER_NS, AlertPin, LowLimit
 
 __all__ = ["I2c"]
 
-CR1, CR2, OAR1, OAR2, DR, SR1, SR2, CCR, TRISE = range(0x00, 0x24, 4)
-
-PE, START, STOP, ACK, POS, SWRST = 1 << 0, 1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 15
-SMBUS = 1 << 1 | 1 << 3 | 1 << 4 | 1 << 5 | 1 << 12 | 1 << 13
-ITERREN, ITEVTEN, ITBUFEN, DMAEN, LAST = (1 << bit for bit in range(8, 13))
-SB, ADDR, BTF, ADD10, STOPF, RXNE, TXE = (1 << bit for bit in (0, 1, 2, 3, 4, 6, 7))
-BERR, ARLO, AF, OVR = (1 << bit for bit in range(8, 12))
-ERRORS, EVENTS = 0xDF00, SB | ADDR | BTF | ADD10 | STOPF
-MSL, BUSY, TRA = 1, 2, 4
 _HEADER, _HEADER_MASK = 0xF0, 0xF8
-_SLAVE = "slave mode is not modelled: nobody addresses this interface"
 
 
 class I2c(Peripheral):
@@ -52,30 +95,27 @@ class I2c(Peripheral):
     Args:
         name: ``I2C1``.
         base: address of CR1.
-        services: what the chip offers. Used: both interrupts, requests ``I2C1_RX`` and ``I2C1_TX``, the pins' signals.
+        services: what the chip offers. Used: both interrupts, requests ``I2C1_RX`` and ``I2C1_TX``, the signals
+            ``I2C1_SCL``, ``I2C1_SDA`` and ``I2C1_SMBA``.
         irq: number of the event interrupt; that of errors is the next one.
-        rx_left: returns how many bytes DMA has still to fetch, for LAST.
+        rx_left: returns how many bytes DMA has still to fetch, for LAST and the PEC,
+        tx_left: and to bring, before the transfer under way; for the PEC.
 
     Attributes:
         bus: what it is the master of.
     """
 
-    REGISTERS: ClassVar[tuple[Register, ...]] = (
-        Register(
-            "CR1", CR1, 0, 0xBFFB, SMBUS, fidelity=Fidelity.PARTLY, note="SMBus, PEC and slave mode are not modelled"
-        ),
-        Register("CR2", CR2, 0, 0x1F3F),
-        Register("OAR1", OAR1, 0, 0xC3FF, fidelity=Fidelity.PARTLY, note=_SLAVE),
-        Register("OAR2", OAR2, 0, 0xFF, fidelity=Fidelity.PARTLY, note=_SLAVE),
-        Register("DR", DR, 0, 0xFF),
-        Register("SR1", SR1, 0, ERRORS),
-        Register("SR2", SR2, 0, 0),
-        Register("CCR", CCR, 0, 0xCFFF),
-        Register("TRISE", TRISE, 0x02, 0x3F, note="edges take no time"),
-    )
+    REGISTERS: ClassVar[tuple[Register, ...]] = REGISTERS
 
     def __init__(
-        self, name: str, base: int, services: Services, *, irq: int, rx_left: Callable[[], int] = lambda: 0
+        self,
+        name: str,
+        base: int,
+        services: Services,
+        *,
+        irq: int,
+        rx_left: Callable[[], int] = lambda: 0,
+        tx_left: Callable[[], int] = lambda: 0,
     ) -> None:
         super().__init__(name, base, services)
         self.bus = I2cBus()
@@ -83,7 +123,9 @@ class I2c(Peripheral):
         self._pins = (services.output(f"{name}_SCL"), services.output(f"{name}_SDA"))
         self._irq_event, self._irq_error = services.irq(irq), services.irq(irq + 1)
         self._tx_request, self._rx_request = services.dma(f"{name}_TX"), services.dma(f"{name}_RX")
-        self._rx_left = rx_left
+        self._rx_left, self._tx_left = rx_left, tx_left
+        self._alert = AlertPin(name, services, self._alerted)
+        self._low, self._own_low = LowLimit(self.time, self._timed_out), LowLimit(self.time, self._timed_out)
         self._lines = (False, False, False, False)
         self._wire = self._make_wire()
         self._forget()
@@ -95,6 +137,7 @@ class I2c(Peripheral):
         wire.on_byte = self._byte_in
         wire.on_received = self._received
         wire.on_stop = self._stopped
+        wire.on_clock = self._clocked
         wire.on_lost = self._lost
         return wire
 
@@ -107,6 +150,10 @@ class I2c(Peripheral):
         self._address_bytes = 0  # of a 10-bit address that are still to come
         self._in_data = False  # the address is through
         self._arrived = 0  # the byte whose ninth clock is under way
+        self._leaving: int | None = None  # the byte that is being sent; None for the PEC
+        self._pec_by_dma = False  # the PEC follows, for DMA has brought its last byte
+        self._next_pec = False
+        self._pec_wrong = False
 
     # --- for who looks at it
 
@@ -152,8 +199,10 @@ class I2c(Peripheral):
     def _break_off(self) -> None:
         self._wire.release()
         self._forget()
-        self[CR1] &= ~(START | STOP)
+        self[CR1] &= ~CLEARED_WITHOUT_PE
         self[SR1] = self[SR2] = 0
+        self._clocked()
+        self._alert.update(self[CR1])
         self._stuck_changed()
         self._update()
 
@@ -170,18 +219,21 @@ class I2c(Peripheral):
         if not value & PE:
             if before & PE:
                 self._break_off()
-            self[CR1] = value & ~(START | STOP)
+            self[CR1] = value & ~CLEARED_WITHOUT_PE
         elif not before & PE:
             self._switched_on()
+        if not self[CR1] & ENPEC:
+            self._set_state(PEC_VALUE, 0)
+        self._alert.update(self[CR1])
         self._proceed()
         self._update()
 
     def _switched_on(self) -> None:
         pclk1_hz = self.time.hclk_hz / max(self.services.clocks.pclk("APB1"), 1)
-        if Fraction(self[CR2] & 0x3F) * 1_000_000 != pclk1_hz:
+        if Fraction(self[CR2] & FREQ) * 1_000_000 != pclk1_hz:
             mhz = f"{float(pclk1_hz) / 1e6:g} MHz"
             self.note(
-                "misuse", "CR2.FREQ", f"is {self[CR2] & 0x3F}, and PCLK1 is {mhz}: set-up and hold times are wrong"
+                "misuse", "CR2.FREQ", f"is {self[CR2] & FREQ}, and PCLK1 is {mhz}: set-up and hold times are wrong"
             )
         self._stuck_changed()
 
@@ -194,13 +246,13 @@ class I2c(Peripheral):
         """Keep the own address; one other than 0 is noted."""
         self[OAR1] = value
         if value & 0xFE:
-            self.note("unmodelled", "OAR1", _SLAVE)
+            self.note("unmodelled", "OAR1", SLAVE_NOTE)
 
     def write_OAR2(self, value: int) -> None:
         """Keep the second own address; if it is enabled, that is noted."""
         self[OAR2] = value
         if value & 1:
-            self.note("unmodelled", "OAR2", _SLAVE)
+            self.note("unmodelled", "OAR2", SLAVE_NOTE)
 
     def write_CCR(self, value: int) -> None:
         """Set the bit clock."""
@@ -223,7 +275,7 @@ class I2c(Peripheral):
         """Return the state of the bus; after a read of SR1 that showed ADDR, this clears ADDR."""
         if self[SR1] & self._saw & ADDR:
             self[SR1] &= ~ADDR
-            self._next_ack = bool(self[CR1] & ACK)
+            self._next_ack, self._next_pec = bool(self[CR1] & ACK), False
             if self[SR2] & TRA:
                 self[SR1] |= TXE
             self._proceed()
@@ -253,9 +305,11 @@ class I2c(Peripheral):
         elif self[SR1] & ADD10:
             self[SR1] &= ~ADD10
             self._address_bytes = 0
+            self._leaving = value
             self._wire.send(value)
         elif self[SR2] & TRA:
             self._waiting = value
+            self._pec_by_dma = self._pec_with_dma and self._tx_left() == 1
             self[SR1] &= ~(TXE | BTF)
             self._proceed()
         self._update()
@@ -268,6 +322,7 @@ class I2c(Peripheral):
         self._in_data = False
         self[SR2] = self[SR2] & ~TRA | (0 if value & 1 else TRA)
         self._address_bytes = 1 if value & _HEADER_MASK == _HEADER and not value & 1 else 0
+        self._leaving = value
         self._wire.send_address(value)
 
     # --- what comes next
@@ -285,17 +340,24 @@ class I2c(Peripheral):
         if not self[SR2] & MSL:
             if control & START and not self[SR2] & BUSY:
                 self._begin()
-        elif control & STOP and (self._rests or self[SR1] & (ADDR | SB)):
+        elif control & STOP and (self._rests or self[SR1] & (ADDR | SB | ADD10)):
             self[SR1] &= ~(SB | ADDR | ADD10 | BTF | TXE)
             self._wire.stop()
         elif self._rests:
             self._go_on(bool(control & START))
 
     def _go_on(self, again: bool) -> None:
-        if self[SR2] & TRA and self._waiting is not None and not self._refused:
-            byte, self._waiting = self._waiting, None
-            self[SR1] |= TXE
-            self._wire.send(byte)
+        sends = self[SR2] & TRA and not self._refused
+        if sends and self._waiting is not None:
+            self._leaving, self._waiting = self._waiting, None
+            if not self._pec_is_next:
+                self[SR1] |= TXE
+            self._wire.send(self._leaving)
+        elif sends and self._pec_is_next:
+            self._leaving = None
+            self._forget_pec()
+            self[SR1] &= ~(TXE | BTF)
+            self._wire.send(self[SR2] >> PEC_SHIFT)
         elif again:
             self[SR1] &= ~(BTF | TXE)
             self._wire.restart()
@@ -316,6 +378,9 @@ class I2c(Peripheral):
     def _started(self) -> None:
         self._refused = False
         self._waiting = self._shifted = None
+        self._forget_pec()
+        if not self[SR2] & MSL:
+            self._set_state(PEC_VALUE, 0)
         self[CR1] &= ~START
         self[SR1] = self[SR1] & ~(TXE | BTF) | SB
         self[SR2] = (self[SR2] | MSL | BUSY) & ~TRA
@@ -323,6 +388,8 @@ class I2c(Peripheral):
         self._update()
 
     def _sent(self, acknowledged: bool) -> None:
+        if self._leaving is not None:
+            self._count(self._leaving)
         if not acknowledged:
             self[SR1] |= AF
             self._refused = True
@@ -330,22 +397,33 @@ class I2c(Peripheral):
             self[SR1] |= ADD10 if self._address_bytes else ADDR
             self._in_data = not self._address_bytes
             self._saw = 0
-        elif self._waiting is None:
-            self[SR1] |= BTF
+        elif self._waiting is None and not self._pec_is_next:
+            self[SR1] |= TXE | BTF
         self._proceed()
         self._update()
 
     def _byte_in(self, byte: int) -> None:
         self._arrived = byte
         control = self[CR1]
-        acknowledge = self._next_ack if control & POS else bool(control & ACK)
-        self._next_ack = bool(control & ACK)
-        if self[CR2] & (DMAEN | LAST) == DMAEN | LAST and self._rx_left() - bool(self[SR1] & RXNE) == 1:
-            acknowledge = False
+        acknowledge, is_pec = bool(control & ACK), bool(control & PEC)
+        if control & POS:
+            acknowledge, is_pec = self._next_ack, self._next_pec
+        self._next_ack, self._next_pec = bool(control & ACK), bool(control & PEC)
+        if self[CR2] & DMAEN and self._rx_left() - bool(self[SR1] & RXNE) == 1:
+            acknowledge = acknowledge and not self[CR2] & LAST
+            is_pec = is_pec or self._pec_with_dma
+        self._pec_wrong = is_pec and byte != self[SR2] >> PEC_SHIFT
+        if is_pec:
+            self._forget_pec()
+        else:
+            self._count(byte)
+        acknowledge = acknowledge and not self._pec_wrong
         self._refused = not acknowledge
         self._wire.acknowledge(acknowledge)
 
     def _received(self) -> None:
+        if self._pec_wrong:
+            self[SR1] |= PECERR
         if self[SR1] & RXNE:
             self._shifted = self._arrived
             self[SR1] |= BTF
@@ -358,7 +436,8 @@ class I2c(Peripheral):
     def _stopped(self) -> None:
         self[CR1] &= ~STOP
         self[SR1] &= ~(TXE | SB | ADDR | ADD10 | (0 if self._shifted is not None else BTF))
-        self[SR2] = 0
+        self._set_state(~PEC_VALUE, 0)
+        self._forget_pec()
         self._in_data = False
         self._stuck_changed()
         self._proceed()
@@ -368,20 +447,75 @@ class I2c(Peripheral):
         """Another master, or something that holds SDA low, has won."""
         self._forget()
         self[SR1] = self[SR1] & ~(SB | ADDR | ADD10 | BTF | TXE) | ARLO
-        self[SR2] = 0
+        self._set_state(~PEC_VALUE, 0)
         self._stuck_changed()
         self._update()
 
     def _stuck_changed(self) -> None:
         if self[SR2] & MSL:
             return
-        self[SR2] = BUSY if self.bus.stuck and self[CR1] & PE else 0
+        self._set_state(~PEC_VALUE, BUSY if self.bus.stuck and self[CR1] & PE else 0)
         if self[CR1] & PE:
             self._proceed()
+
+    # --- packet error code
+
+    def _set_state(self, mask: int, value: int) -> None:
+        """Put these bits of SR2 in the place of those."""
+        self[SR2] = self[SR2] & ~mask | value
+
+    def _count(self, byte: int) -> None:
+        if self[CR1] & ENPEC:
+            self._set_state(PEC_VALUE, crc8(self[SR2] >> PEC_SHIFT ^ byte) << PEC_SHIFT)
+
+    @property
+    def _pec_with_dma(self) -> bool:
+        return bool(self[CR1] & ENPEC and self[CR2] & DMAEN)
+
+    @property
+    def _pec_is_next(self) -> bool:
+        """Whether the PEC follows what is in DR and in the shift register."""
+        return bool(self[CR1] & PEC) or self._pec_by_dma
+
+    def _forget_pec(self) -> None:
+        self[CR1] &= ~PEC
+        self._pec_by_dma = False
+
+    # --- SMBus
+
+    def _alerted(self) -> None:
+        """SMBA fell, at a host."""
+        self[SR1] |= SMBALERT
+        self._update()
+
+    def _watch_clock(self) -> None:
+        """See whether SCL is held low, and by whom, where SMBus has limits for that."""
+        rests = bool(self[SR2] & MSL and not self._wire.busy)
+        if self[CR1] & SMBUS and (rests or self._wire.held):
+            self._low.hold(LOW_NS)
+        if self[CR1] & SMBUS and rests:
+            self._own_low.hold(MASTER_NS)
+        else:
+            self._own_low.pause()
+
+    def _clocked(self) -> None:
+        """SCL is let go."""
+        self._low.restart()
+        self._own_low.restart()
+
+    def _timed_out(self) -> None:
+        """SCL was low for too long: a STOP follows as soon as it can rise."""
+        self._clocked()
+        self[SR1] |= TIMEOUT
+        self[CR1] = self[CR1] & ~START | STOP
+        self._wire.cancel()
+        self._proceed()
+        self._update()
 
     # --- lines
 
     def _update(self) -> None:
+        self._watch_clock()
         flags, enables = self[SR1], self[CR2]
         dma = bool(enables & DMAEN)
         lines = (

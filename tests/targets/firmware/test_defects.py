@@ -32,6 +32,7 @@ from targets.mcu.stm32f1.crc import Crc
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import Gpio
 from targets.mcu.stm32f1.i2c import I2c
+from targets.mcu.stm32f1.i2c_smbus import AlertPin, LowLimit
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
 from targets.mcu.stm32f1.rtc import Rtc
@@ -91,6 +92,21 @@ DEFECTS = [
     Defect("AF is not cleared", "i2c", I2c, "write_SR1", "value | ~ERRORS", "-1"),
     Defect("SWRST resets nothing", "i2c", I2c, "write_CR1", "self.reset()", "pass"),
     Defect("PE frees nothing", "i2c", I2c, "write_CR1", "self._break_off()", "pass"),
+    # --- SMBus
+    Defect("no byte is counted", "smbus", I2c, "_count", "if self[CR1] & ENPEC", "if False"),
+    Defect("ENPEC is not looked at", "smbus", I2c, "_count", "self[CR1] & ENPEC", "True"),
+    Defect("a repeated START begins anew", "smbus", I2c, "_started", "if not self[SR2] & MSL:", "if True:"),
+    Defect("no START begins anew", "smbus", I2c, "_started", "if not self[SR2] & MSL:", "if False:"),
+    Defect("PEC stays", "smbus", I2c, "_forget_pec", "self[CR1] &= ~PEC", "pass"),
+    Defect("PE clears nothing", "smbus", I2c, "write_CR1", "value & ~CLEARED_WITHOUT_PE", "value"),
+    Defect("25 ms for a master, too", "smbus", I2c, "_watch_clock", "MASTER_NS", "LOW_NS"),
+    Defect("I2C has the limits of SMBus", "smbus", I2c, "_watch_clock", "self[CR1] & SMBUS and rests", "rests"),
+    Defect("no STOP after a timeout", "smbus", I2c, "_timed_out", "& ~START | STOP", "& ~START"),
+    Defect("10 ms for all bytes", "smbus", LowLimit, "restart", "self._used_ns = 0", "self._used_ns += 2_000_000"),
+    Defect("SMBA stays high", "smbus", AlertPin, "update", "not control & ALERT", "True"),
+    Defect("a host hears nothing", "smbus", AlertPin, "_changed", "if not level:", "if False:"),
+    Defect("a host hears the end of an alert", "smbus", AlertPin, "_changed", "if not level:", "if True:"),
+    Defect("a device listens", "smbus", AlertPin, "update", "control & SMBTYPE", "True"),
     # --- RTC
     Defect("it counts too slowly", "rtc", Rtc, "_period", "self._prescaler + 1", "self._prescaler + 200"),
     Defect("DIV stands still", "rtc", Rtc, "_left", "(self._ticks.now() - self._from_tick)", "0"),

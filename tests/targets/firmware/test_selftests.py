@@ -24,6 +24,7 @@ CHECKS = {
     "pwr-bkp": 22,
     "rcc": 57,
     "rtc": 26,
+    "smbus": 32,
     "spi": 48,
     "systick": 21,
     "tim": 66,

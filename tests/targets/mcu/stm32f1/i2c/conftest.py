@@ -9,7 +9,22 @@ from targets.mcu.testing import FakeChip, peek, poke
 from targets.parts import Ports
 from targets.parts.at24c02 import At24c02, At24c02Settings
 
-SR1 = {0: "SB", 1: "ADDR", 2: "BTF", 3: "ADD10", 6: "RXNE", 7: "TXE", 8: "BERR", 9: "ARLO", 10: "AF", 11: "OVR"}
+SR1 = {
+    0: "SB",
+    1: "ADDR",
+    2: "BTF",
+    3: "ADD10",
+    4: "STOPF",
+    6: "RXNE",
+    7: "TXE",
+    8: "BERR",
+    9: "ARLO",
+    10: "AF",
+    11: "OVR",
+    12: "PECERR",
+    14: "TIMEOUT",
+    15: "SMBALERT",
+}
 SR2 = {0: "MSL", 1: "BUSY", 2: "TRA"}
 PE, START, STOP, ACK, POS = 1, 1 << 8, 1 << 9, 1 << 10, 1 << 11
 BIT = 720  # HCLK cycles at 100 kHz
@@ -20,8 +35,17 @@ class Rig:
 
     def __init__(self):
         self.chip = FakeChip(72_000_000, {"APB1": 2})
-        self.left = 0
-        self.i2c = self.chip.add(I2c("I2C1", 0x4000_5400, self.chip.services, irq=31, rx_left=lambda: self.left))
+        self.left = self.tx_left = 0
+        self.i2c = self.chip.add(
+            I2c(
+                "I2C1",
+                0x4000_5400,
+                self.chip.services,
+                irq=31,
+                rx_left=lambda: self.left,
+                tx_left=lambda: self.tx_left,
+            )
+        )
         self.eeprom = At24c02(At24c02Settings(), Ports(), seed=0)
         self.bus = self.i2c.bus
         self.bus.attach(self.eeprom)
