@@ -1,7 +1,7 @@
 """Conditions and bytes of an I2C master on its bus: one at a time, each as long as the timing says.
 
 Between two of them SCL is low and nothing happens: that is how the master stretches the clock. A slave may hold SCL low
-after a byte by itself (`I2cBus.stretch_ns`); the next condition or byte begins after that.
+after a byte by itself (`I2cBus.stretch_ns`, `I2cBus.held`); the next condition or byte begins after that.
 
 Choices: SDA that is held low from outside (`I2cBus.stick`) is noticed at the beginning of a condition or byte. A change
 of the kernel clock stretches or shortens what is left of the present condition or byte.
@@ -65,16 +65,18 @@ class Wire:
         self._low_until: Fraction | int = 0
         self._free_from: Fraction | int = 0
         self._reads = False  # a byte comes in
+        self._held_up: Callable[[Timing], None] | None = None  # what begins when an interface lets go of SCL
+        bus.on_free.append(self._go_on)
 
     @property
     def busy(self) -> bool:
         """Whether something is under way."""
-        return self._action is not None
+        return self._action is not None or self._held_up is not None
 
     @property
     def held(self) -> bool:
         """Whether a slave holds SCL low after the last byte."""
-        return self._present() < self._low_until
+        return self._bus.held or self._present() < self._low_until
 
     @property
     def undrawn(self) -> Fraction | int | None:
@@ -109,6 +111,11 @@ class Wire:
         end = self._lose if self._bus.stuck and not acknowledge else partial(self._received, acknowledge)
         self._when_released(lambda timing: self._after(timing.bit, end))
 
+    def wait_for_free(self) -> None:
+        """Another master has made a STOP: t_BUF passes before a START."""
+        if self.timing is not None:
+            self._free_from = self._time.now + self.timing.free * self.timing.cycles
+
     def stop(self) -> None:
         """A STOP."""
         end = self._lose if self._bus.stuck else self._stop
@@ -117,7 +124,7 @@ class Wire:
     def cancel(self) -> None:
         """Do not go on with what is under way; SCL stays low."""
         self._time.cancel(self._event)
-        self._action = None
+        self._action = self._held_up = None
         self._reads = False
 
     def release(self) -> None:
@@ -173,11 +180,19 @@ class Wire:
             self.on_clock()
             begin(self.timing)
 
-        if self.timing is None or self.held:
+        if self._bus.held:
+            self._begun = self._present()
+            self._held_up = begin
+        elif self.timing is None or self.held:
             self._begun = max(self._present(), self._low_until)
             self._at(self._begun, go)
         else:
             go()
+
+    def _go_on(self) -> None:
+        begin, self._held_up = self._held_up, None
+        if begin is not None:
+            self._when_released(begin)
 
     # --- inside
 
@@ -230,6 +245,7 @@ class Wire:
 
     def _received(self, acknowledged: bool) -> None:
         self._draw(not acknowledged, 1)
+        self._bus.answer(acknowledged, self._now_ns())
         self._stretch()
         self.on_received()
 

@@ -1,24 +1,15 @@
-"""I2C1 and I2C2 of the STM32F103 as masters (RM0008 section 26), event by event as drivers poll them.
+"""I2C1 and I2C2 of the STM32F103 (RM0008 section 26): here as masters, event by event as drivers poll them.
 
 What happens on the wires, and when, is `targets.mcu.stm32.i2c_wire`'s, as for the later families. Here is what SR1 and
 SR2 say of it: EV5 (SB), EV6 (ADDR), EV8 (TXE), EV8_2 (BTF), EV7 (RXNE), EV9 (ADD10), and how each is cleared. Between
-two of them SCL stays low for as long as the program takes.
+two of them SCL stays low for as long as the program takes. Slaves: `targets.mcu.stm32f1.i2c_slave`.
 
 Choices where the manual is silent:
 
 * SCL is high and low for what CCR says, edges take no time: TRISE is kept without effect.
-* ACK counts as it stands at the ninth clock; with POS as it stood at that of the byte before, and for the first byte at
-  the moment at which ADDR was cleared.
 * After a byte that was not acknowledged the master holds SCL low until START or STOP.
 * PE that is cleared in the middle of a transfer lets go of both lines at once.
 * A bus whose SDA something holds low is busy, until that is over or the interface was reset.
-
-Packet error code (section 26.3.8): it counts each byte at its ninth clock, begins anew at a START that is no repeated
-one, and stays readable after the STOP (choices). The byte that is the PEC is not counted (choice). One that is to be
-sent follows what is in DR; by DMA it follows the last byte of the channel, and the last byte that a channel takes is
-one. POS makes the byte after the present one the PEC, never the first one after ADDR.
-
-Not modelled: slave mode and ARP; they are noted when they are asked for.
 """
 
 from __future__ import annotations
@@ -26,17 +17,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from fractions import Fraction
-from typing import ClassVar
 
-from targets.mcu.i2c_bus import I2cBus
-from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
 from targets.mcu.stm32.i2c_levels import I2cLevels
-from targets.mcu.stm32.i2c_message import crc8
 from targets.mcu.stm32.i2c_timing import Timing
 from targets.mcu.stm32.i2c_wire import Wire
 from targets.mcu.stm32f1.i2c_registers import (
-    ACK,
     ADD10,
     ADDR,
     AF,
@@ -48,64 +34,35 @@ from targets.mcu.stm32f1.i2c_registers import (
     CLEARED_WITHOUT_PE,
     CR1,
     CR2,
-    DMAEN,
     DR,
     ENPEC,
-    ERRORS,
-    EVENTS,
     FREQ,
-    ITBUFEN,
-    ITERREN,
-    ITEVTEN,
-    LAST,
     MSL,
-    OAR1,
-    OAR2,
     PE,
-    PEC,
-    PEC_SHIFT,
     PEC_VALUE,
-    PECERR,
-    POS,
-    REGISTERS,
     RXNE,
     SB,
-    SLAVE_NOTE,
-    SMBALERT,
     SMBUS,
     SR1,
     SR2,
     START,
     STOP,
+    STOPF,
     SWRST,
     TIMEOUT,
     TRA,
     TXE,
 )
-from targets.mcu.stm32f1.i2c_smbus import LOW_NS, MASTER_NS, AlertPin, LowLimit
+from targets.mcu.stm32f1.i2c_slave import Ear, Slave
+from targets.mcu.stm32f1.i2c_smbus import LOW_NS, MASTER_NS
 
 __all__ = ["I2c"]
 
 _HEADER, _HEADER_MASK = 0xF0, 0xF8
 
 
-class I2c(Peripheral):
-    """One of them.
-
-    Args:
-        name: ``I2C1``.
-        base: address of CR1.
-        services: what the chip offers. Used: both interrupts, requests ``I2C1_RX`` and ``I2C1_TX``, the signals
-            ``I2C1_SCL``, ``I2C1_SDA`` and ``I2C1_SMBA``.
-        irq: number of the event interrupt; that of errors is the next one.
-        rx_left: returns how many bytes DMA has still to fetch, for LAST and the PEC,
-        tx_left: and to bring, before the transfer under way; for the PEC.
-
-    Attributes:
-        bus: what it is the master of.
-    """
-
-    REGISTERS: ClassVar[tuple[Register, ...]] = REGISTERS
+class I2c(Slave):
+    """One of them; the arguments are those of `targets.mcu.stm32f1.i2c_block.Block`."""
 
     def __init__(
         self,
@@ -117,18 +74,10 @@ class I2c(Peripheral):
         rx_left: Callable[[], int] = lambda: 0,
         tx_left: Callable[[], int] = lambda: 0,
     ) -> None:
-        super().__init__(name, base, services)
-        self.bus = I2cBus()
+        super().__init__(name, base, services, irq=irq, rx_left=rx_left, tx_left=tx_left)
+        self.bus.interface = Ear(self)
         self.bus.on_stuck.append(self._stuck_changed)
-        self._pins = (services.output(f"{name}_SCL"), services.output(f"{name}_SDA"))
-        self._irq_event, self._irq_error = services.irq(irq), services.irq(irq + 1)
-        self._tx_request, self._rx_request = services.dma(f"{name}_TX"), services.dma(f"{name}_RX")
-        self._rx_left, self._tx_left = rx_left, tx_left
-        self._alert = AlertPin(name, services, self._alerted)
-        self._low, self._own_low = LowLimit(self.time, self._timed_out), LowLimit(self.time, self._timed_out)
-        self._lines = (False, False, False, False)
         self._wire = self._make_wire()
-        self._forget()
 
     def _make_wire(self) -> Wire:
         wire = Wire(self.time, self.bus)
@@ -142,18 +91,11 @@ class I2c(Peripheral):
         return wire
 
     def _forget(self) -> None:
-        self._saw: int = 0  # flags that the last read of SR1 has shown
-        self._waiting: int | None = None  # what was written to DR and is not on its way yet
-        self._shifted: int | None = None  # a byte that came in while DR was full
-        self._next_ack = False
+        super()._forget()
         self._refused = False  # the last byte was not acknowledged, either way
         self._address_bytes = 0  # of a 10-bit address that are still to come
         self._in_data = False  # the address is through
         self._arrived = 0  # the byte whose ninth clock is under way
-        self._leaving: int | None = None  # the byte that is being sent; None for the PEC
-        self._pec_by_dma = False  # the PEC follows, for DMA has brought its last byte
-        self._next_pec = False
-        self._pec_wrong = False
 
     # --- for who looks at it
 
@@ -211,6 +153,8 @@ class I2c(Peripheral):
     def write_CR1(self, value: int) -> None:
         """Switch on and off; ask for START, STOP; acknowledge or not; be reset."""
         before = self[CR1]
+        if self[SR1] & self._saw & STOPF:
+            self[SR1] &= ~STOPF
         if value & SWRST:
             self.reset()
             self[CR1] = SWRST
@@ -225,6 +169,9 @@ class I2c(Peripheral):
         if not self[CR1] & ENPEC:
             self._set_state(PEC_VALUE, 0)
         self._alert.update(self[CR1])
+        if value & STOP and not self[SR2] & MSL:
+            self._leave()
+        self._expects()
         self._proceed()
         self._update()
 
@@ -237,23 +184,6 @@ class I2c(Peripheral):
             )
         self._stuck_changed()
 
-    def write_CR2(self, value: int) -> None:
-        """Enable interrupts and requests; say what PCLK1 is."""
-        self[CR2] = value
-        self._update()
-
-    def write_OAR1(self, value: int) -> None:
-        """Keep the own address; one other than 0 is noted."""
-        self[OAR1] = value
-        if value & 0xFE:
-            self.note("unmodelled", "OAR1", SLAVE_NOTE)
-
-    def write_OAR2(self, value: int) -> None:
-        """Keep the second own address; if it is enabled, that is noted."""
-        self[OAR2] = value
-        if value & 1:
-            self.note("unmodelled", "OAR2", SLAVE_NOTE)
-
     def write_CCR(self, value: int) -> None:
         """Set the bit clock."""
         if self[CR1] & PE and value != self[CCR]:
@@ -261,22 +191,13 @@ class I2c(Peripheral):
         self[CCR] = value
         self._set_timing()
 
-    def read_SR1(self) -> int:
-        """Return the flags; ADDR, SB, ADD10 and BTF are cleared by what follows this."""
-        self._saw = self[SR1]
-        return self[SR1]
-
-    def write_SR1(self, value: int) -> None:
-        """Clear error flags by writing 0."""
-        self[SR1] &= value | ~ERRORS
-        self._update()
-
     def read_SR2(self) -> int:
         """Return the state of the bus; after a read of SR1 that showed ADDR, this clears ADDR."""
         if self[SR1] & self._saw & ADDR:
-            self[SR1] &= ~ADDR
-            self._next_ack, self._next_pec = bool(self[CR1] & ACK), False
-            if self[SR2] & TRA:
+            self._clear_addr()
+            if not self[SR2] & MSL:
+                self._clear_own_addr()
+            elif self[SR2] & TRA:
                 self[SR1] |= TXE
             self._proceed()
             self._update()
@@ -286,21 +207,20 @@ class I2c(Peripheral):
         """Return the byte that came in last; one that waits behind it comes in then, and the bus goes on."""
         value = self[DR]
         if self[SR1] & RXNE:
-            self[SR1] &= ~(RXNE | BTF)
-            held, self._shifted = self._shifted, None
-            if held is not None:
-                self[DR] = held
-                self[SR1] |= RXNE
+            self._take()
             self._proceed()
             self._update()
         return value
 
     def write_DR(self, value: int) -> None:
         """Send an address after SB, the second byte of one after ADD10, or a byte."""
-        if not self[SR2] & MSL:
-            self.note("misuse", "DR", "written while the interface is no master: the byte goes nowhere")
+        if not self[SR2] & (MSL | TRA):
+            self.note("misuse", "DR", "written by neither a master nor a slave that sends: the byte goes nowhere")
             return
-        if self[SR1] & SB:
+        if not self[SR2] & MSL:
+            self[DR] = value
+            self._fill(value)
+        elif self[SR1] & SB:
             self._write_address(value)
         elif self[SR1] & ADD10:
             self[SR1] &= ~ADD10
@@ -308,9 +228,7 @@ class I2c(Peripheral):
             self._leaving = value
             self._wire.send(value)
         elif self[SR2] & TRA:
-            self._waiting = value
-            self._pec_by_dma = self._pec_with_dma and self._tx_left() == 1
-            self[SR1] &= ~(TXE | BTF)
+            self._fill(value)
             self._proceed()
         self._update()
 
@@ -347,17 +265,9 @@ class I2c(Peripheral):
             self._go_on(bool(control & START))
 
     def _go_on(self, again: bool) -> None:
-        sends = self[SR2] & TRA and not self._refused
-        if sends and self._waiting is not None:
-            self._leaving, self._waiting = self._waiting, None
-            if not self._pec_is_next:
-                self[SR1] |= TXE
-            self._wire.send(self._leaving)
-        elif sends and self._pec_is_next:
-            self._leaving = None
-            self._forget_pec()
-            self[SR1] &= ~(TXE | BTF)
-            self._wire.send(self[SR2] >> PEC_SHIFT)
+        byte = self._next_byte() if self[SR2] & TRA and not self._refused else None
+        if byte is not None:
+            self._wire.send(byte)
         elif again:
             self[SR1] &= ~(BTF | TXE)
             self._wire.restart()
@@ -388,8 +298,7 @@ class I2c(Peripheral):
         self._update()
 
     def _sent(self, acknowledged: bool) -> None:
-        if self._leaving is not None:
-            self._count(self._leaving)
+        self._gone()
         if not acknowledged:
             self[SR1] |= AF
             self._refused = True
@@ -404,32 +313,12 @@ class I2c(Peripheral):
 
     def _byte_in(self, byte: int) -> None:
         self._arrived = byte
-        control = self[CR1]
-        acknowledge, is_pec = bool(control & ACK), bool(control & PEC)
-        if control & POS:
-            acknowledge, is_pec = self._next_ack, self._next_pec
-        self._next_ack, self._next_pec = bool(control & ACK), bool(control & PEC)
-        if self[CR2] & DMAEN and self._rx_left() - bool(self[SR1] & RXNE) == 1:
-            acknowledge = acknowledge and not self[CR2] & LAST
-            is_pec = is_pec or self._pec_with_dma
-        self._pec_wrong = is_pec and byte != self[SR2] >> PEC_SHIFT
-        if is_pec:
-            self._forget_pec()
-        else:
-            self._count(byte)
-        acknowledge = acknowledge and not self._pec_wrong
+        acknowledge = self._answer(byte)
         self._refused = not acknowledge
         self._wire.acknowledge(acknowledge)
 
     def _received(self) -> None:
-        if self._pec_wrong:
-            self[SR1] |= PECERR
-        if self[SR1] & RXNE:
-            self._shifted = self._arrived
-            self[SR1] |= BTF
-        else:
-            self[DR] = self._arrived
-            self[SR1] |= RXNE
+        self._keep(self._arrived)
         self._proceed()
         self._update()
 
@@ -452,45 +341,23 @@ class I2c(Peripheral):
         self._update()
 
     def _stuck_changed(self) -> None:
-        if self[SR2] & MSL:
+        """Be busy while something holds SDA low, or else free."""
+        if self[SR2] & MSL or self._hears:
             return
         self._set_state(~PEC_VALUE, BUSY if self.bus.stuck and self[CR1] & PE else 0)
         if self[CR1] & PE:
             self._proceed()
 
-    # --- packet error code
-
-    def _set_state(self, mask: int, value: int) -> None:
-        """Put these bits of SR2 in the place of those."""
-        self[SR2] = self[SR2] & ~mask | value
-
-    def _count(self, byte: int) -> None:
-        if self[CR1] & ENPEC:
-            self._set_state(PEC_VALUE, crc8(self[SR2] >> PEC_SHIFT ^ byte) << PEC_SHIFT)
-
-    @property
-    def _pec_with_dma(self) -> bool:
-        return bool(self[CR1] & ENPEC and self[CR2] & DMAEN)
-
-    @property
-    def _pec_is_next(self) -> bool:
-        """Whether the PEC follows what is in DR and in the shift register."""
-        return bool(self[CR1] & PEC) or self._pec_by_dma
-
-    def _forget_pec(self) -> None:
-        self[CR1] &= ~PEC
-        self._pec_by_dma = False
+    def _freed(self) -> None:
+        """Another master has left the bus."""
+        self._wire.wait_for_free()
+        self._stuck_changed()
 
     # --- SMBus
 
-    def _alerted(self) -> None:
-        """SMBA fell, at a host."""
-        self[SR1] |= SMBALERT
-        self._update()
-
     def _watch_clock(self) -> None:
-        """See whether SCL is held low, and by whom, where SMBus has limits for that."""
-        rests = bool(self[SR2] & MSL and not self._wire.busy)
+        """See whether a master holds SCL low, or a slave of its, where SMBus has limits for that."""
+        rests = not self._wire.busy
         if self[CR1] & SMBUS and (rests or self._wire.held):
             self._low.hold(LOW_NS)
         if self[CR1] & SMBUS and rests:
@@ -504,30 +371,18 @@ class I2c(Peripheral):
         self._own_low.restart()
 
     def _timed_out(self) -> None:
-        """SCL was low for too long: a STOP follows as soon as it can rise."""
+        """SCL was low for too long: of a master, a STOP follows as soon as it can rise; a slave lets go."""
         self._clocked()
         self[SR1] |= TIMEOUT
-        self[CR1] = self[CR1] & ~START | STOP
-        self._wire.cancel()
-        self._proceed()
+        if self[SR2] & MSL:
+            self[CR1] = self[CR1] & ~START | STOP
+            self._wire.cancel()
+            self._proceed()
+        else:
+            self._reset_communication()
         self._update()
 
-    # --- lines
-
     def _update(self) -> None:
-        self._watch_clock()
-        flags, enables = self[SR1], self[CR2]
-        dma = bool(enables & DMAEN)
-        lines = (
-            bool(enables & ITEVTEN and (flags & EVENTS or (enables & ITBUFEN and flags & (RXNE | TXE)))),
-            bool(enables & ITERREN and flags & ERRORS),
-            bool(dma and flags & TXE),
-            bool(dma and flags & RXNE),
-        )
-        if lines != self._lines:
-            self._lines = lines
-            event, error, tx, rx = lines
-            self._irq_event.set(event)
-            self._irq_error.set(error)
-            self._tx_request.set(tx)
-            self._rx_request.set(rx)
+        if self[SR2] & MSL:
+            self._watch_clock()
+        super()._update()
