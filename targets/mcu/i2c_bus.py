@@ -21,7 +21,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from targets.mcu.i2c_contest import Contest
 
 __all__ = ["RELEASED", "I2cBus", "I2cInterface", "I2cMessage", "I2cSlave", "I2cTransaction"]
 
@@ -123,6 +126,21 @@ class _Message:
         )
 
 
+@dataclass(slots=True)
+class _Transaction:
+    """What happens between a START and the STOP.
+
+    Attributes:
+        messages: so far.
+        addressed: who takes part in the last one.
+        reached: the buses that were joined at the START.
+    """
+
+    messages: list[_Message] = field(default_factory=list)
+    addressed: list[I2cSlave] = field(default_factory=list)
+    reached: tuple[I2cBus, ...] = ()
+
+
 class I2cBus:
     """See the module.
 
@@ -140,6 +158,8 @@ class I2cBus:
         slaves: what is soldered to it.
         sticks: whether SDA is held low, see `stick`.
         holds: whether its interface holds SCL low as a slave, see `hold`.
+        under_way: what its master is doing.
+        contest: while another master has made a START at the same time as its own.
         master: the bus of the master that is heard here, from its START on; None for its own, and without one.
     """
 
@@ -153,14 +173,13 @@ class I2cBus:
         self.interface: I2cInterface | None = None
         self.joined: Callable[[], tuple[I2cBus, ...]] = tuple
         self.on_free: list[Callable[[], None]] = []
-        self._reached: tuple[I2cBus, ...] = ()  # those that were joined at the START
+        self.under_way = _Transaction()
+        self.contest: Contest | None = None
         self.master: I2cBus | None = None
         self.holds = False
         self.sticks = False
         self._pulled = False
         self.slaves: list[I2cSlave] = []
-        self._addressed: list[I2cSlave] = []
-        self._messages: list[_Message] = []
 
     # --- for who puts it together and for who breaks it
 
@@ -202,7 +221,7 @@ class I2cBus:
     @property
     def held(self) -> bool:
         """Whether an interface that is a slave of this master holds SCL low."""
-        return any(bus.holds for bus in self._reached)
+        return any(bus.holds for bus in self.under_way.reached)
 
     def _set_low(self, *, stuck: bool | None = None, pulled: bool | None = None) -> None:
         before = self.pulls
@@ -217,57 +236,57 @@ class I2cBus:
     @property
     def stretched_ns(self) -> int:
         """How long the slave that is addressed holds SCL low after the byte that has just ended."""
-        if not self._addressed or not self._messages or self._messages[-1].address is None:
+        if not self.under_way.addressed or not self.under_way.messages or self.under_way.messages[-1].address is None:
             return 0
-        address = self._messages[-1].address
-        return max(bus.stretch_ns.get(address, 0) for bus in (self, *self._reached))
+        address = self.under_way.messages[-1].address
+        return max(bus.stretch_ns.get(address, 0) for bus in (self, *self.under_way.reached))
 
     def start(self, now_ns: int) -> None:
         """A START, or a repeated one."""
         self._end_message(now_ns)
         self.left = None
         self.pull(False)
-        if not self._messages:
-            self._reached = self.joined()
-            for bus in self._reached:
+        if not self.under_way.messages:
+            self.under_way.reached = self.joined()
+            for bus in self.under_way.reached:
                 bus.master = self
-        self._messages.append(_Message(now_ns))
+        self.under_way.messages.append(_Message(now_ns))
         for interface in self._interfaces:
             interface.started(now_ns)
 
     def address(self, address: int, read: bool, now_ns: int) -> bool:
         """An address was sent; return whether it was acknowledged."""
-        message = self._messages[-1]
+        message = self.under_way.messages[-1]
         message.address, message.read = address, read
-        if not any(address in bus.deaf for bus in (self, *self._reached)):
-            slaves = [slave for bus in (self, *self._reached) for slave in bus.slaves] + self._interfaces
-            self._addressed = [slave for slave in slaves if slave.address(address, read, now_ns)]
-        message.acknowledged = bool(self._addressed) or self._sticks
+        if not any(address in bus.deaf for bus in (self, *self.under_way.reached)):
+            slaves = [slave for bus in (self, *self.under_way.reached) for slave in bus.slaves] + self._interfaces
+            self.under_way.addressed = [slave for slave in slaves if slave.address(address, read, now_ns)]
+        message.acknowledged = bool(self.under_way.addressed) or self._sticks
         return message.acknowledged
 
     def write(self, byte: int, now_ns: int) -> bool:
         """A byte was sent; return whether it was acknowledged."""
-        message = self._messages[-1]
+        message = self.under_way.messages[-1]
         message.data.append(byte)
-        answers = [slave.write(byte, now_ns) for slave in self._addressed]
+        answers = [slave.write(byte, now_ns) for slave in self.under_way.addressed]
         message.refused = not any(answers) and not self._sticks
         return not message.refused
 
     def read(self, now_ns: int) -> int:
         """A byte is about to be clocked in; return it."""
         byte = RELEASED
-        for slave in self._addressed:
+        for slave in self.under_way.addressed:
             byte &= slave.read(now_ns)
         if self._sticks:
             byte = 0
-        if self._messages:
-            self._messages[-1].data.append(byte)
+        if self.under_way.messages:
+            self.under_way.messages[-1].data.append(byte)
         return byte
 
     def answer(self, acknowledged: bool, now_ns: int) -> None:
         """A byte that was read was acknowledged, or was not."""
         for interface in self._interfaces:
-            if interface in self._addressed:
+            if interface in self.under_way.addressed:
                 interface.answered(acknowledged, now_ns)
 
     def stop(self, now_ns: int) -> None:
@@ -287,37 +306,45 @@ class I2cBus:
             clock: of the byte that is being read, 1 to 8. A slave goes on with its bit until somebody clocks it; 0 for
                 none, as between two bytes (choice: its first bit is not on SDA then).
         """
-        if clock and self._addressed and self.clocked_by_pins:
-            byte = self._messages[-1].data[-1]
+        if clock and self.under_way.addressed and self.clocked_by_pins:
+            byte = self.under_way.messages[-1].data[-1]
             self.left = byte, clock
             self.pull(not byte >> BYTE_BITS - clock & 1)
         self._finish(now_ns, complete=False)
         for interface in self._let_loose():
             interface.released(now_ns)
 
+    def hand_over(self, other: I2cBus) -> None:
+        """Let the master of another bus, which has done the same so far, go on with what is under way."""
+        other.under_way, self.under_way = self.under_way, _Transaction()
+        other.under_way.reached = other.joined()
+        other.master = None
+        for bus in other.under_way.reached:
+            bus.master = other
+
     @property
     def _sticks(self) -> bool:
-        return self.sticks or any(bus.sticks for bus in self._reached)
+        return self.sticks or any(bus.sticks for bus in self.under_way.reached)
 
     @property
     def _interfaces(self) -> list[I2cInterface]:
         """The interfaces that hear this master."""
-        return [bus.interface for bus in self._reached if bus.interface is not None]
+        return [bus.interface for bus in self.under_way.reached if bus.interface is not None]
 
     def _let_loose(self) -> list[I2cInterface]:
         """Return the interfaces that have heard this master; they do so no more."""
-        interfaces, reached, self._reached = self._interfaces, self._reached, ()
+        interfaces, reached, self.under_way.reached = self._interfaces, self.under_way.reached, ()
         for bus in reached:
             bus.master = None
         return interfaces
 
     def _end_message(self, now_ns: int) -> None:
-        addressed, self._addressed = self._addressed, []
+        addressed, self.under_way.addressed = self.under_way.addressed, []
         for slave in addressed:
             slave.end(now_ns)
 
     def _finish(self, now_ns: int, *, complete: bool) -> None:
-        messages, self._messages = self._messages, []
+        messages, self.under_way.messages = self.under_way.messages, []
         if not messages:
             return
         transaction = I2cTransaction(

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// I2C2 as a slave of I2C1 (RM0008, sections 26.3.2, 26.3.5 to 26.3.8, 26.6), by two wires with pull-ups: PB6 to PB10 (SCL)
-// and PB7 to PB11 (SDA). HCLK and PCLK1 are 8 MHz (HSI), SCL has 100 kHz.
+// I2C2 as a slave of I2C1, and as a master beside it (RM0008, sections 26.3.2, 26.3.4 to 26.3.8, 26.6), by two wires with
+// pull-ups: PB6 to PB10 (SCL) and PB7 to PB11 (SDA). HCLK and PCLK1 are 8 MHz (HSI), SCL has 100 kHz.
 
 #include "check.h"
 #include "chip/dma.h"
@@ -525,6 +525,74 @@ static void roles(void)
     check_equal("the-bus-is-free", I2C1->SR2 | I2C2->SR2, 0);
 }
 
+// --- Two masters at once (26.3.4): a START of both waits for the same STOP, and then for the same t_BUF
+
+static void start_both(uint32_t second_cr2)
+{
+    set_up_both(0, 0);
+    I2C2->CR2 |= second_cr2;
+    address(OWN << 1);
+    clear_both();
+    I2C2->CR1 |= I2C_CR1_START;
+    I2C1->CR1 |= I2C_CR1_START | I2C_CR1_STOP;
+    wait_until(I2C1->SR1 & I2C_SR1_SB);
+    wait_until(I2C2->SR1 & I2C_SR1_SB);
+    I2C2->CR1 |= I2C_CR1_PE;
+}
+
+static void arbitration(void)
+{
+    start_both(0);
+    check_equal("a-master", I2C1->SR2, I2C_SR2_MSL | I2C_SR2_BUSY);
+    check_equal("and-another", I2C2->SR2, I2C_SR2_MSL | I2C_SR2_BUSY);
+    I2C1->DR = 0x60;
+    wait_cycles(3 * BYTE);
+    check_equal("one-waits-for-the-other", I2C1->SR1, 0);
+    uint32_t begin = cycles();
+    I2C2->DR = 0x62;
+    wait_until(I2C2->SR1 & I2C_SR1_ARLO);
+    uint32_t took = cycles() - begin;
+    check_range("the-seventh-bit-differs", took, 6 * 80 + 40, 7 * 80 + 20);
+    check_equal("who-lets-sda-go-has-lost", I2C2->SR1, I2C_SR1_ARLO);
+    check_equal("and-is-a-slave", I2C2->SR2, I2C_SR2_BUSY);
+    wait_until(I2C1->SR1 & I2C_SR1_AF);
+    check_equal("the-other-goes-on", I2C1->SR2 & I2C_SR2_MSL, I2C_SR2_MSL);
+    I2C1->SR1 = 0;
+    check("a-repeated-start", address(OWN << 1));
+    check_equal("is-heard-by-the-loser", I2C2->SR1, I2C_SR1_ARLO | I2C_SR1_ADDR);
+    clear_both();
+    stop();
+
+    start_both(I2C_CR2_ITERREN);
+    irq_line_enable(I2C2_ER_IRQ);
+    refusals = 0;
+    I2C1->DR = OWN << 1;
+    I2C2->DR = (OWN + 1) << 1;
+    wait_until(I2C1->SR1 & (I2C_SR1_AF | I2C_SR1_ADDR));
+    irq_line_disable(I2C2_ER_IRQ);
+    check_equal("not-in-the-same-transfer", I2C1->SR1, I2C_SR1_AF);
+    check_equal("an-error-interrupt", refusals, 1);
+    stop();
+
+    start_both(0);
+    I2C1->DR = 0x62;
+    I2C2->DR = 0x60;
+    wait_until(I2C2->SR1 & I2C_SR1_AF);
+    check_equal("the-other-way-round", I2C1->SR1, I2C_SR1_ARLO);
+    I2C2->CR1 |= I2C_CR1_STOP;
+    check("the-winner-stops", wait_until(!(I2C1->SR2 & I2C_SR2_BUSY)));
+
+    start_both(0);
+    I2C1->DR = 0x60;
+    I2C2->DR = 0x60;
+    wait_until(I2C1->SR1 & I2C_SR1_AF);
+    wait_until(I2C2->SR1 & I2C_SR1_AF);
+    check_equal("both-the-same", (I2C1->SR1 | I2C2->SR1) & I2C_SR1_ARLO, 0);
+    I2C1->CR1 |= I2C_CR1_STOP;
+    I2C2->CR1 |= I2C_CR1_STOP;
+    check("both-stop", wait_until(!((I2C1->SR2 | I2C2->SR2) & I2C_SR2_BUSY)));
+}
+
 int main(void)
 {
     cycles_start();
@@ -543,5 +611,6 @@ int main(void)
     by_dma();
     timeouts();
     roles();
+    arbitration();
     check_done();
 }

@@ -283,6 +283,21 @@ class I2c(Slave):
             self.note("misuse", "SDA", "SCL and SDA are not both open-drain: no slave can pull them low")
         self._wire.start()
 
+    # --- another master
+
+    def heard_start(self) -> None:
+        """Another master has made a START; if this one does so at the same cycle, they contend (section 26.3.4)."""
+        other = self.bus.master
+        if self[SR2] & MSL or (other is not None and self._wire.meets(other)):
+            return
+        self._wire.cancel()
+        super().heard_start()
+
+    def heard_stop(self) -> None:
+        """Another master has made a STOP, which may be this one's as well."""
+        if not self[SR2] & MSL:
+            super().heard_stop()
+
     # --- what the wire says
 
     def _started(self) -> None:
@@ -336,7 +351,8 @@ class I2c(Slave):
         """Another master, or something that holds SDA low, has won."""
         self._forget()
         self[SR1] = self[SR1] & ~(SB | ADDR | ADD10 | BTF | TXE) | ARLO
-        self._set_state(~PEC_VALUE, 0)
+        self._hears = self._has_lost = self.bus.master is not None
+        self._set_state(~PEC_VALUE, BUSY if self._hears else 0)
         self._stuck_changed()
         self._update()
 

@@ -11,6 +11,7 @@ Choices where the manual is silent:
 * What is in DR when a message ends, or was not acknowledged, is not sent in the next one.
 * STOP while SCL is held lets go of it at once.
 * A master that lets go of the bus without a STOP leaves it free.
+* A START while the other master makes its own counts as one of both at the same cycle alone; else it waits.
 """
 
 from __future__ import annotations
@@ -106,6 +107,7 @@ class Slave(Block):
         self._known = False  # its 10-bit address has come since the first START
         self._empty = False  # the shift register is, of a transmitter
         self._hears = False  # another master is on the bus
+        self._has_lost = False  # to that one, since the last START: no address is answered
 
     # --- what the other master does
 
@@ -115,7 +117,7 @@ class Slave(Block):
             self._known = False
             self._set_state(PEC_VALUE, 0)
         self._end_message()
-        self._hears = True
+        self._hears, self._has_lost = True, False
         self._own_low.restart()
         self._set_state(BUSY, BUSY)
         self._update()
@@ -123,7 +125,7 @@ class Slave(Block):
     def was_addressed(self, address: int, read: bool) -> bool:
         """Return whether to acknowledge an address: EV1, or the header of one of ten bits."""
         control = self[CR1]
-        if not control & PE or not control & ACK:
+        if not control & PE or not control & ACK or self[SR2] & MSL or self._has_lost:
             return False
         byte = address << 1 | read
         if header_matches(self[OAR1], address):
@@ -207,7 +209,7 @@ class Slave(Block):
 
     def _bus_free(self) -> None:
         self._end_message()
-        self._hears = self._known = False
+        self._hears = self._known = self._has_lost = False
         self._freed()
         self._update()
 

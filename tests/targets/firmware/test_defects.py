@@ -13,7 +13,9 @@ import pytest
 from targets.mcu.cortexm.core import Core
 from targets.mcu.cortexm.dwt import Dwt
 from targets.mcu.cortexm.scb import Scb
+from targets.mcu.i2c_contest import Contest
 from targets.mcu.stm32.exti import Exti
+from targets.mcu.stm32.i2c_wire import Wire
 from targets.mcu.stm32.iwdg import Iwdg
 from targets.mcu.stm32.oscillator import Oscillator
 from targets.mcu.stm32.rcc import BasicRcc
@@ -134,6 +136,14 @@ DEFECTS = [
     ),
     Defect("no PEC is sent by DMA", "i2c-slave", Block, "_fill", "self._pec_with_dma and", "False and"),
     Defect("no PEC is received by DMA", "i2c-slave", Block, "_answer", "is_pec or self._pec_with_dma", "is_pec"),
+    Defect("a START of both is none", "i2c-slave", Wire, "meets", "self._action != self._start or", "True or"),
+    Defect("nobody loses", "i2c-slave", Contest, "_begin", "if move.levels != best:", "if False:"),
+    Defect("the higher one wins", "i2c-slave", Contest, "_begin", "best = min(", "best = max("),
+    Defect("one of two hears no answer", "i2c-slave", Contest, "over", "if other is not bus:", "if False:"),
+    Defect("one loses after the byte", "i2c-slave", Contest, "_begin", "clocks * (low + high)", "10 * (low + high)"),
+    Defect("no ARLO", "i2c-slave", I2c, "_lost", "| ARLO", ""),
+    Defect("the loser takes the bus for free", "i2c-slave", I2c, "_lost", "self.bus.master is not None", "False"),
+    Defect("the loser answers at once", "i2c-slave", Slave, "was_addressed", "or self._has_lost", ""),
     # --- SMBus
     Defect("no byte is counted", "smbus", I2c, "_count", "if self[CR1] & ENPEC", "if False"),
     Defect("ENPEC is not looked at", "smbus", I2c, "_count", "self[CR1] & ENPEC", "True"),
