@@ -40,6 +40,7 @@ from targets.mcu.stm32f1.dma import VALUE_LINE_DMA1, Dma
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import PADS, PADS_OF_HIGH_DENSITY, Gpio
 from targets.mcu.stm32f1.i2c import I2c
+from targets.mcu.stm32f1.i2c_joined import join
 from targets.mcu.stm32f1.input_choice import InputChoice
 from targets.mcu.stm32f1.options import OPTIONS_BASE
 from targets.mcu.stm32f1.pwr import Pwr
@@ -252,10 +253,18 @@ class Stm32f103(BasicChip):
             if name in there
         }
         self.i2cs = {
-            name: I2c(name, base, services, irq=irq, rx_left=partial(self._dma_of(f"{name}_RX").left, f"{name}_RX"))
+            name: I2c(
+                name,
+                base,
+                services,
+                irq=irq,
+                rx_left=partial(self._dma_of(f"{name}_RX").left, f"{name}_RX"),
+                tx_left=partial(self._dma_of(f"{name}_TX").left, f"{name}_TX"),
+            )
             for name, (base, irq) in I2CS.items()
             if name in there
         }
+        join(self.i2cs.values(), self.signals)
         self._others: tuple[Peripheral, ...] = (
             *ports,
             self.afio,

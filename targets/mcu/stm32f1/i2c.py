@@ -1,19 +1,15 @@
-"""I2C1 and I2C2 of the STM32F103 as masters (RM0008 section 26), event by event as drivers poll them.
+"""I2C1 and I2C2 of the STM32F103 (RM0008 section 26): here as masters, event by event as drivers poll them.
 
 What happens on the wires, and when, is `targets.mcu.stm32.i2c_wire`'s, as for the later families. Here is what SR1 and
 SR2 say of it: EV5 (SB), EV6 (ADDR), EV8 (TXE), EV8_2 (BTF), EV7 (RXNE), EV9 (ADD10), and how each is cleared. Between
-two of them SCL stays low for as long as the program takes.
+two of them SCL stays low for as long as the program takes. Slaves: `targets.mcu.stm32f1.i2c_slave`.
 
 Choices where the manual is silent:
 
 * SCL is high and low for what CCR says, edges take no time: TRISE is kept without effect.
-* ACK counts as it stands at the ninth clock; with POS as it stood at that of the byte before, and for the first byte at
-  the moment at which ADDR was cleared.
 * After a byte that was not acknowledged the master holds SCL low until START or STOP.
 * PE that is cleared in the middle of a transfer lets go of both lines at once.
 * A bus whose SDA something holds low is busy, until that is over or the interface was reset.
-
-Not modelled: slave mode, SMBus and PEC; they are noted when they are asked for.
 """
 
 from __future__ import annotations
@@ -21,72 +17,67 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from fractions import Fraction
-from typing import ClassVar
 
-from targets.mcu.fidelity import Fidelity
-from targets.mcu.i2c_bus import I2cBus
-from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
 from targets.mcu.stm32.i2c_levels import I2cLevels
 from targets.mcu.stm32.i2c_timing import Timing
 from targets.mcu.stm32.i2c_wire import Wire
+from targets.mcu.stm32f1.i2c_registers import (
+    ADD10,
+    ADDR,
+    AF,
+    ARLO,
+    BERR,
+    BTF,
+    BUSY,
+    CCR,
+    CLEARED_WITHOUT_PE,
+    CR1,
+    CR2,
+    DR,
+    ENPEC,
+    FREQ,
+    MSL,
+    PE,
+    PEC_VALUE,
+    RXNE,
+    SB,
+    SMBUS,
+    SR1,
+    SR2,
+    START,
+    STOP,
+    STOPF,
+    SWRST,
+    TIMEOUT,
+    TRA,
+    TXE,
+)
+from targets.mcu.stm32f1.i2c_slave import Ear, Slave
+from targets.mcu.stm32f1.i2c_smbus import LOW_NS, MASTER_NS
 
 __all__ = ["I2c"]
 
-CR1, CR2, OAR1, OAR2, DR, SR1, SR2, CCR, TRISE = range(0x00, 0x24, 4)
-
-PE, START, STOP, ACK, POS, SWRST = 1 << 0, 1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 15
-SMBUS = 1 << 1 | 1 << 3 | 1 << 4 | 1 << 5 | 1 << 12 | 1 << 13
-ITERREN, ITEVTEN, ITBUFEN, DMAEN, LAST = (1 << bit for bit in range(8, 13))
-SB, ADDR, BTF, ADD10, STOPF, RXNE, TXE = (1 << bit for bit in (0, 1, 2, 3, 4, 6, 7))
-BERR, ARLO, AF, OVR = (1 << bit for bit in range(8, 12))
-ERRORS, EVENTS = 0xDF00, SB | ADDR | BTF | ADD10 | STOPF
-MSL, BUSY, TRA = 1, 2, 4
 _HEADER, _HEADER_MASK = 0xF0, 0xF8
-_SLAVE = "slave mode is not modelled: nobody addresses this interface"
 
 
-class I2c(Peripheral):
-    """One of them.
-
-    Args:
-        name: ``I2C1``.
-        base: address of CR1.
-        services: what the chip offers. Used: both interrupts, requests ``I2C1_RX`` and ``I2C1_TX``, the pins' signals.
-        irq: number of the event interrupt; that of errors is the next one.
-        rx_left: returns how many bytes DMA has still to fetch, for LAST.
-
-    Attributes:
-        bus: what it is the master of.
-    """
-
-    REGISTERS: ClassVar[tuple[Register, ...]] = (
-        Register(
-            "CR1", CR1, 0, 0xBFFB, SMBUS, fidelity=Fidelity.PARTLY, note="SMBus, PEC and slave mode are not modelled"
-        ),
-        Register("CR2", CR2, 0, 0x1F3F),
-        Register("OAR1", OAR1, 0, 0xC3FF, fidelity=Fidelity.PARTLY, note=_SLAVE),
-        Register("OAR2", OAR2, 0, 0xFF, fidelity=Fidelity.PARTLY, note=_SLAVE),
-        Register("DR", DR, 0, 0xFF),
-        Register("SR1", SR1, 0, ERRORS),
-        Register("SR2", SR2, 0, 0),
-        Register("CCR", CCR, 0, 0xCFFF),
-        Register("TRISE", TRISE, 0x02, 0x3F, note="edges take no time"),
-    )
+class I2c(Slave):
+    """One of them; the arguments are those of `targets.mcu.stm32f1.i2c_block.Block`."""
 
     def __init__(
-        self, name: str, base: int, services: Services, *, irq: int, rx_left: Callable[[], int] = lambda: 0
+        self,
+        name: str,
+        base: int,
+        services: Services,
+        *,
+        irq: int,
+        rx_left: Callable[[], int] = lambda: 0,
+        tx_left: Callable[[], int] = lambda: 0,
     ) -> None:
-        super().__init__(name, base, services)
-        self.bus = I2cBus()
+        super().__init__(name, base, services, irq=irq, rx_left=rx_left, tx_left=tx_left)
+        self.bus.interface = Ear(self)
         self.bus.on_stuck.append(self._stuck_changed)
-        self._pins = (services.output(f"{name}_SCL"), services.output(f"{name}_SDA"))
-        self._irq_event, self._irq_error = services.irq(irq), services.irq(irq + 1)
-        self._tx_request, self._rx_request = services.dma(f"{name}_TX"), services.dma(f"{name}_RX")
-        self._rx_left = rx_left
-        self._lines = (False, False, False, False)
         self._wire = self._make_wire()
-        self._forget()
 
     def _make_wire(self) -> Wire:
         wire = Wire(self.time, self.bus)
@@ -95,14 +86,12 @@ class I2c(Peripheral):
         wire.on_byte = self._byte_in
         wire.on_received = self._received
         wire.on_stop = self._stopped
+        wire.on_clock = self._clocked
         wire.on_lost = self._lost
         return wire
 
     def _forget(self) -> None:
-        self._saw: int = 0  # flags that the last read of SR1 has shown
-        self._waiting: int | None = None  # what was written to DR and is not on its way yet
-        self._shifted: int | None = None  # a byte that came in while DR was full
-        self._next_ack = False
+        super()._forget()
         self._refused = False  # the last byte was not acknowledged, either way
         self._address_bytes = 0  # of a 10-bit address that are still to come
         self._in_data = False  # the address is through
@@ -152,8 +141,10 @@ class I2c(Peripheral):
     def _break_off(self) -> None:
         self._wire.release()
         self._forget()
-        self[CR1] &= ~(START | STOP)
+        self[CR1] &= ~CLEARED_WITHOUT_PE
         self[SR1] = self[SR2] = 0
+        self._clocked()
+        self._alert.update(self[CR1])
         self._stuck_changed()
         self._update()
 
@@ -162,6 +153,8 @@ class I2c(Peripheral):
     def write_CR1(self, value: int) -> None:
         """Switch on and off; ask for START, STOP; acknowledge or not; be reset."""
         before = self[CR1]
+        if self[SR1] & self._saw & STOPF:
+            self[SR1] &= ~STOPF
         if value & SWRST:
             self.reset()
             self[CR1] = SWRST
@@ -170,37 +163,26 @@ class I2c(Peripheral):
         if not value & PE:
             if before & PE:
                 self._break_off()
-            self[CR1] = value & ~(START | STOP)
+            self[CR1] = value & ~CLEARED_WITHOUT_PE
         elif not before & PE:
             self._switched_on()
+        if not self[CR1] & ENPEC:
+            self._set_state(PEC_VALUE, 0)
+        self._alert.update(self[CR1])
+        if value & STOP and not self[SR2] & MSL:
+            self._leave()
+        self._expects()
         self._proceed()
         self._update()
 
     def _switched_on(self) -> None:
         pclk1_hz = self.time.hclk_hz / max(self.services.clocks.pclk("APB1"), 1)
-        if Fraction(self[CR2] & 0x3F) * 1_000_000 != pclk1_hz:
+        if Fraction(self[CR2] & FREQ) * 1_000_000 != pclk1_hz:
             mhz = f"{float(pclk1_hz) / 1e6:g} MHz"
             self.note(
-                "misuse", "CR2.FREQ", f"is {self[CR2] & 0x3F}, and PCLK1 is {mhz}: set-up and hold times are wrong"
+                "misuse", "CR2.FREQ", f"is {self[CR2] & FREQ}, and PCLK1 is {mhz}: set-up and hold times are wrong"
             )
         self._stuck_changed()
-
-    def write_CR2(self, value: int) -> None:
-        """Enable interrupts and requests; say what PCLK1 is."""
-        self[CR2] = value
-        self._update()
-
-    def write_OAR1(self, value: int) -> None:
-        """Keep the own address; one other than 0 is noted."""
-        self[OAR1] = value
-        if value & 0xFE:
-            self.note("unmodelled", "OAR1", _SLAVE)
-
-    def write_OAR2(self, value: int) -> None:
-        """Keep the second own address; if it is enabled, that is noted."""
-        self[OAR2] = value
-        if value & 1:
-            self.note("unmodelled", "OAR2", _SLAVE)
 
     def write_CCR(self, value: int) -> None:
         """Set the bit clock."""
@@ -209,22 +191,13 @@ class I2c(Peripheral):
         self[CCR] = value
         self._set_timing()
 
-    def read_SR1(self) -> int:
-        """Return the flags; ADDR, SB, ADD10 and BTF are cleared by what follows this."""
-        self._saw = self[SR1]
-        return self[SR1]
-
-    def write_SR1(self, value: int) -> None:
-        """Clear error flags by writing 0."""
-        self[SR1] &= value | ~ERRORS
-        self._update()
-
     def read_SR2(self) -> int:
         """Return the state of the bus; after a read of SR1 that showed ADDR, this clears ADDR."""
         if self[SR1] & self._saw & ADDR:
-            self[SR1] &= ~ADDR
-            self._next_ack = bool(self[CR1] & ACK)
-            if self[SR2] & TRA:
+            self._clear_addr()
+            if not self[SR2] & MSL:
+                self._clear_own_addr()
+            elif self[SR2] & TRA:
                 self[SR1] |= TXE
             self._proceed()
             self._update()
@@ -234,29 +207,28 @@ class I2c(Peripheral):
         """Return the byte that came in last; one that waits behind it comes in then, and the bus goes on."""
         value = self[DR]
         if self[SR1] & RXNE:
-            self[SR1] &= ~(RXNE | BTF)
-            held, self._shifted = self._shifted, None
-            if held is not None:
-                self[DR] = held
-                self[SR1] |= RXNE
+            self._take()
             self._proceed()
             self._update()
         return value
 
     def write_DR(self, value: int) -> None:
         """Send an address after SB, the second byte of one after ADD10, or a byte."""
-        if not self[SR2] & MSL:
-            self.note("misuse", "DR", "written while the interface is no master: the byte goes nowhere")
+        if not self[SR2] & (MSL | TRA):
+            self.note("misuse", "DR", "written by neither a master nor a slave that sends: the byte goes nowhere")
             return
-        if self[SR1] & SB:
+        if not self[SR2] & MSL:
+            self[DR] = value
+            self._fill(value)
+        elif self[SR1] & SB:
             self._write_address(value)
         elif self[SR1] & ADD10:
             self[SR1] &= ~ADD10
             self._address_bytes = 0
+            self._leaving = value
             self._wire.send(value)
         elif self[SR2] & TRA:
-            self._waiting = value
-            self[SR1] &= ~(TXE | BTF)
+            self._fill(value)
             self._proceed()
         self._update()
 
@@ -268,6 +240,7 @@ class I2c(Peripheral):
         self._in_data = False
         self[SR2] = self[SR2] & ~TRA | (0 if value & 1 else TRA)
         self._address_bytes = 1 if value & _HEADER_MASK == _HEADER and not value & 1 else 0
+        self._leaving = value
         self._wire.send_address(value)
 
     # --- what comes next
@@ -285,16 +258,15 @@ class I2c(Peripheral):
         if not self[SR2] & MSL:
             if control & START and not self[SR2] & BUSY:
                 self._begin()
-        elif control & STOP and (self._rests or self[SR1] & (ADDR | SB)):
+        elif control & STOP and (self._rests or self[SR1] & (ADDR | SB | ADD10)):
             self[SR1] &= ~(SB | ADDR | ADD10 | BTF | TXE)
             self._wire.stop()
         elif self._rests:
             self._go_on(bool(control & START))
 
     def _go_on(self, again: bool) -> None:
-        if self[SR2] & TRA and self._waiting is not None and not self._refused:
-            byte, self._waiting = self._waiting, None
-            self[SR1] |= TXE
+        byte = self._next_byte() if self[SR2] & TRA and not self._refused else None
+        if byte is not None:
             self._wire.send(byte)
         elif again:
             self[SR1] &= ~(BTF | TXE)
@@ -311,11 +283,29 @@ class I2c(Peripheral):
             self.note("misuse", "SDA", "SCL and SDA are not both open-drain: no slave can pull them low")
         self._wire.start()
 
+    # --- another master
+
+    def heard_start(self) -> None:
+        """Another master has made a START; if this one does so at the same cycle, they contend (section 26.3.4)."""
+        other = self.bus.master
+        if self[SR2] & MSL or (other is not None and self._wire.meets(other)):
+            return
+        self._wire.cancel()
+        super().heard_start()
+
+    def heard_stop(self) -> None:
+        """Another master has made a STOP, which may be this one's as well."""
+        if not self[SR2] & MSL:
+            super().heard_stop()
+
     # --- what the wire says
 
     def _started(self) -> None:
         self._refused = False
         self._waiting = self._shifted = None
+        self._forget_pec()
+        if not self[SR2] & MSL:
+            self._set_state(PEC_VALUE, 0)
         self[CR1] &= ~START
         self[SR1] = self[SR1] & ~(TXE | BTF) | SB
         self[SR2] = (self[SR2] | MSL | BUSY) & ~TRA
@@ -323,6 +313,7 @@ class I2c(Peripheral):
         self._update()
 
     def _sent(self, acknowledged: bool) -> None:
+        self._gone()
         if not acknowledged:
             self[SR1] |= AF
             self._refused = True
@@ -330,35 +321,27 @@ class I2c(Peripheral):
             self[SR1] |= ADD10 if self._address_bytes else ADDR
             self._in_data = not self._address_bytes
             self._saw = 0
-        elif self._waiting is None:
-            self[SR1] |= BTF
+        elif self._waiting is None and not self._pec_is_next:
+            self[SR1] |= TXE | BTF
         self._proceed()
         self._update()
 
     def _byte_in(self, byte: int) -> None:
         self._arrived = byte
-        control = self[CR1]
-        acknowledge = self._next_ack if control & POS else bool(control & ACK)
-        self._next_ack = bool(control & ACK)
-        if self[CR2] & (DMAEN | LAST) == DMAEN | LAST and self._rx_left() - bool(self[SR1] & RXNE) == 1:
-            acknowledge = False
+        acknowledge = self._answer(byte)
         self._refused = not acknowledge
         self._wire.acknowledge(acknowledge)
 
     def _received(self) -> None:
-        if self[SR1] & RXNE:
-            self._shifted = self._arrived
-            self[SR1] |= BTF
-        else:
-            self[DR] = self._arrived
-            self[SR1] |= RXNE
+        self._keep(self._arrived)
         self._proceed()
         self._update()
 
     def _stopped(self) -> None:
         self[CR1] &= ~STOP
         self[SR1] &= ~(TXE | SB | ADDR | ADD10 | (0 if self._shifted is not None else BTF))
-        self[SR2] = 0
+        self._set_state(~PEC_VALUE, 0)
+        self._forget_pec()
         self._in_data = False
         self._stuck_changed()
         self._proceed()
@@ -368,32 +351,54 @@ class I2c(Peripheral):
         """Another master, or something that holds SDA low, has won."""
         self._forget()
         self[SR1] = self[SR1] & ~(SB | ADDR | ADD10 | BTF | TXE) | ARLO
-        self[SR2] = 0
+        self._hears = self._has_lost = self.bus.master is not None
+        self._set_state(~PEC_VALUE, BUSY if self._hears else 0)
         self._stuck_changed()
         self._update()
 
     def _stuck_changed(self) -> None:
-        if self[SR2] & MSL:
+        """Be busy while something holds SDA low, or else free."""
+        if self[SR2] & MSL or self._hears:
             return
-        self[SR2] = BUSY if self.bus.stuck and self[CR1] & PE else 0
+        self._set_state(~PEC_VALUE, BUSY if self.bus.stuck and self[CR1] & PE else 0)
         if self[CR1] & PE:
             self._proceed()
 
-    # --- lines
+    def _freed(self) -> None:
+        """Another master has left the bus."""
+        self._wire.wait_for_free()
+        self._stuck_changed()
+
+    # --- SMBus
+
+    def _watch_clock(self) -> None:
+        """See whether a master holds SCL low, or a slave of its, where SMBus has limits for that."""
+        rests = not self._wire.busy
+        if self[CR1] & SMBUS and (rests or self._wire.held):
+            self._low.hold(LOW_NS)
+        if self[CR1] & SMBUS and rests:
+            self._own_low.hold(MASTER_NS)
+        else:
+            self._own_low.pause()
+
+    def _clocked(self) -> None:
+        """SCL is let go."""
+        self._low.restart()
+        self._own_low.restart()
+
+    def _timed_out(self) -> None:
+        """SCL was low for too long: of a master, a STOP follows as soon as it can rise; a slave lets go."""
+        self._clocked()
+        self[SR1] |= TIMEOUT
+        if self[SR2] & MSL:
+            self[CR1] = self[CR1] & ~START | STOP
+            self._wire.cancel()
+            self._proceed()
+        else:
+            self._reset_communication()
+        self._update()
 
     def _update(self) -> None:
-        flags, enables = self[SR1], self[CR2]
-        dma = bool(enables & DMAEN)
-        lines = (
-            bool(enables & ITEVTEN and (flags & EVENTS or (enables & ITBUFEN and flags & (RXNE | TXE)))),
-            bool(enables & ITERREN and flags & ERRORS),
-            bool(dma and flags & TXE),
-            bool(dma and flags & RXNE),
-        )
-        if lines != self._lines:
-            self._lines = lines
-            event, error, tx, rx = lines
-            self._irq_event.set(event)
-            self._irq_error.set(error)
-            self._tx_request.set(tx)
-            self._rx_request.set(rx)
+        if self[SR2] & MSL:
+            self._watch_clock()
+        super()._update()

@@ -119,3 +119,31 @@ def test_an_interface_that_is_not_there(emulated, tmp_path):
     with pytest.raises(UsageError, match="has no I2C interface 'I2C3'; did you mean"):
         boards_under_test(old)["old"].i2c("I2C3")
     old.close()
+
+
+WIRES = """[[wires]]
+ends = ["brain.PB6", "brain.PB10"]
+[[wires]]
+ends = ["brain.PB7", "brain.PB11"]
+"""
+
+
+def test_two_interfaces_of_a_chip_meet_on_wires(tmp_path):
+    file = tmp_path / "my.toml"
+    image = image_path("selftest-i2c-slave")
+    file.write_text(f'version = 1\n[targets.brain]\nboard = "bluepill"\nfirmware = "{image}"\n{WIRES}')
+    emulated = EmulatedBench(open_bench(str(file)))
+    lines = lines_of(emulated, lambda: emulated.bench.run_for(0.002_5))
+    assert lines == ["0x21 w 11223344"]
+    assert not emulated.notes()
+    emulated.close()
+
+
+def test_a_slave_that_no_master_reaches_is_said(tmp_path):
+    file = tmp_path / "my.toml"
+    image = image_path("selftest-i2c-slave")
+    file.write_text(f'version = 1\n[targets.brain]\nboard = "bluepill"\nfirmware = "{image}"\n')
+    emulated = EmulatedBench(open_bench(str(file)))
+    emulated.bench.run_for(0.001)
+    assert [(note["kind"], note["where"]) for note in emulated.notes()] == [("unmodelled", "I2C2_OAR1")]
+    emulated.close()

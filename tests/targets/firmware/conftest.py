@@ -15,6 +15,7 @@ from targets.mcu.image import limits_of, load_image
 from targets.mcu.machine import Machine
 from targets.mcu.serial_line import SerialFormat
 from tests.targets.firmware.high_density import IMAGES as HIGH_DENSITY_IMAGES
+from tests.targets.firmware.wires import put_wires
 
 MS = 1_000_000
 BOARDS = {
@@ -48,6 +49,7 @@ class Run:
 
     def __init__(self, name, **options):
         self.machine = Machine(board_of(name), image(name), **options)
+        put_wires(self.machine, name)
         self.sent = {usart: bytearray() for usart in self.machine.chip.usarts}
         self.console = bytearray()
         self.resets = []

@@ -13,7 +13,9 @@ import pytest
 from targets.mcu.cortexm.core import Core
 from targets.mcu.cortexm.dwt import Dwt
 from targets.mcu.cortexm.scb import Scb
+from targets.mcu.i2c_contest import Contest
 from targets.mcu.stm32.exti import Exti
+from targets.mcu.stm32.i2c_wire import Wire
 from targets.mcu.stm32.iwdg import Iwdg
 from targets.mcu.stm32.oscillator import Oscillator
 from targets.mcu.stm32.rcc import BasicRcc
@@ -32,6 +34,9 @@ from targets.mcu.stm32f1.crc import Crc
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import Gpio
 from targets.mcu.stm32f1.i2c import I2c
+from targets.mcu.stm32f1.i2c_block import Block
+from targets.mcu.stm32f1.i2c_slave import Slave
+from targets.mcu.stm32f1.i2c_smbus import AlertPin, LowLimit
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
 from targets.mcu.stm32f1.rtc import Rtc
@@ -85,11 +90,74 @@ DEFECTS = [
     Defect("MSL is never set", "i2c", I2c, "_started", "MSL | BUSY", "BUSY"),
     Defect("fast mode is as slow", "i2c", I2c, "_set_timing", "ccr & 1 << 15", "0"),
     Defect("DUTY is not looked at", "i2c", I2c, "_set_timing", "ccr & 1 << 14", "0"),
-    Defect("no event interrupt", "i2c", I2c, "_update", "enables & ITEVTEN", "0"),
-    Defect("no error interrupt", "i2c", I2c, "_update", "enables & ITERREN", "0"),
+    Defect("no event interrupt", "i2c", Block, "_update", "enables & ITEVTEN", "0"),
+    Defect("no error interrupt", "i2c", Block, "_update", "enables & ITERREN", "0"),
     Defect("AF is not cleared", "i2c", I2c, "write_SR1", "value | ~ERRORS", "-1"),
     Defect("SWRST resets nothing", "i2c", I2c, "write_CR1", "self.reset()", "pass"),
     Defect("PE frees nothing", "i2c", I2c, "write_CR1", "self._break_off()", "pass"),
+    Defect("EV1 does not hold SCL", "i2c-slave", Slave, "_holds", "self[SR1] & ADDR or", ""),
+    Defect("two bytes do not hold SCL", "i2c-slave", Slave, "_holds", "or self._shifted is not None", ""),
+    Defect("an empty DR does not hold SCL", "i2c-slave", Slave, "_holds", "or idle", ""),
+    Defect("NOSTRETCH is not looked at", "i2c-slave", Slave, "_holds", "or self[CR1] & NOSTRETCH", ""),
+    Defect("no overrun", "i2c-slave", Slave, "was_written", "self[SR1] |= OVR", "self._keep(byte)"),
+    Defect("no underrun", "i2c-slave", Slave, "is_read", "self[SR1] |= OVR", "pass"),
+    Defect("an underrun sends nothing", "i2c-slave", Slave, "is_read", "self._leaving = self[DR]", "0xFF"),
+    Defect("no STOPF", "i2c-slave", Slave, "heard_stop", "self[SR1] |= STOPF", "pass"),
+    Defect("STOPF after a NACK, too", "i2c-slave", Slave, "was_written", "if not acknowledge or", "if"),
+    Defect("STOPF after EV3_2, too", "i2c-slave", Slave, "was_answered", "if not acknowledged or", "if"),
+    Defect("STOPF stays", "i2c-slave", I2c, "write_CR1", "self[SR1] &= ~STOPF", "pass"),
+    Defect("no EV3_2", "i2c-slave", Slave, "was_answered", "self[SR1] |= AF", "pass"),
+    Defect("addresses are answered without ACK", "i2c-slave", Slave, "was_addressed", "or not control & ACK", ""),
+    Defect("TRA is not set", "i2c-slave", Slave, "_match", "TRA if byte & 1", "TRA if False"),
+    Defect("no flag says which address", "i2c-slave", Slave, "_match", "state |", "0 |"),
+    Defect("a header is enough", "i2c-slave", Slave, "was_addressed", "self._known and", ""),
+    Defect(
+        "any second byte",
+        "i2c-slave",
+        Slave,
+        "was_written",
+        "self._known = byte == second_byte(self[OAR1]) and",
+        "self._known =",
+    ),
+    Defect("a header is no address", "i2c-slave", Slave, "was_addressed", "self._header = True", "return False"),
+    Defect("the alert response sets no flag", "i2c-slave", Slave, "was_addressed", "self[SR1] |= SMBALERT", "pass"),
+    Defect("what was left is sent", "i2c-slave", Slave, "_end_message", "self._waiting = None", "pass"),
+    Defect("flags outlive the message", "i2c-slave", Slave, "_end_message", "self._set_state(OF_A_MESSAGE, 0)", "pass"),
+    Defect("a START does not make busy", "i2c-slave", Slave, "heard_start", "self._set_state(BUSY, BUSY)", "pass"),
+    Defect("a STOP does not free the bus", "i2c-slave", I2c, "_freed", "self._stuck_changed()", "pass"),
+    Defect("a slave may hold SCL for ever", "i2c-slave", Slave, "_watch_own", "self[CR1] & SMBUS and holds", "False"),
+    Defect("a timeout changes nothing", "i2c-slave", Slave, "_reset_communication", "self._addressed =", "_ ="),
+    Defect("a wrong PEC is right", "i2c-slave", Block, "_answer", "byte != self[SR2] >> PEC_SHIFT", "False"),
+    Defect("a wrong PEC is acknowledged", "i2c-slave", Block, "_answer", "and not self._pec_wrong", ""),
+    Defect("the PEC is 0", "i2c-slave", Block, "_next_byte", "return self[SR2] >> PEC_SHIFT", "return 0"),
+    Defect(
+        "the PEC is counted", "i2c-slave", Block, "_answer", "self._forget_pec()", "self._forget_pec(); self._count(0)"
+    ),
+    Defect("no PEC is sent by DMA", "i2c-slave", Block, "_fill", "self._pec_with_dma and", "False and"),
+    Defect("no PEC is received by DMA", "i2c-slave", Block, "_answer", "is_pec or self._pec_with_dma", "is_pec"),
+    Defect("a START of both is none", "i2c-slave", Wire, "meets", "self._action != self._start or", "True or"),
+    Defect("nobody loses", "i2c-slave", Contest, "_begin", "if move.levels != best:", "if False:"),
+    Defect("the higher one wins", "i2c-slave", Contest, "_begin", "best = min(", "best = max("),
+    Defect("one of two hears no answer", "i2c-slave", Contest, "over", "if other is not bus:", "if False:"),
+    Defect("one loses after the byte", "i2c-slave", Contest, "_begin", "clocks * (low + high)", "10 * (low + high)"),
+    Defect("no ARLO", "i2c-slave", I2c, "_lost", "| ARLO", ""),
+    Defect("the loser takes the bus for free", "i2c-slave", I2c, "_lost", "self.bus.master is not None", "False"),
+    Defect("the loser answers at once", "i2c-slave", Slave, "was_addressed", "or self._has_lost", ""),
+    # --- SMBus
+    Defect("no byte is counted", "smbus", I2c, "_count", "if self[CR1] & ENPEC", "if False"),
+    Defect("ENPEC is not looked at", "smbus", I2c, "_count", "self[CR1] & ENPEC", "True"),
+    Defect("a repeated START begins anew", "smbus", I2c, "_started", "if not self[SR2] & MSL:", "if True:"),
+    Defect("no START begins anew", "smbus", I2c, "_started", "if not self[SR2] & MSL:", "if False:"),
+    Defect("PEC stays", "smbus", I2c, "_forget_pec", "self[CR1] &= ~PEC", "pass"),
+    Defect("PE clears nothing", "smbus", I2c, "write_CR1", "value & ~CLEARED_WITHOUT_PE", "value"),
+    Defect("25 ms for a master, too", "smbus", I2c, "_watch_clock", "MASTER_NS", "LOW_NS"),
+    Defect("I2C has the limits of SMBus", "smbus", I2c, "_watch_clock", "self[CR1] & SMBUS and rests", "rests"),
+    Defect("no STOP after a timeout", "smbus", I2c, "_timed_out", "& ~START | STOP", "& ~START"),
+    Defect("10 ms for all bytes", "smbus", LowLimit, "restart", "self._used_ns = 0", "self._used_ns += 2_000_000"),
+    Defect("SMBA stays high", "smbus", AlertPin, "update", "not control & ALERT", "True"),
+    Defect("a host hears nothing", "smbus", AlertPin, "_changed", "if not level:", "if False:"),
+    Defect("a host hears the end of an alert", "smbus", AlertPin, "_changed", "if not level:", "if True:"),
+    Defect("a device listens", "smbus", AlertPin, "update", "control & SMBTYPE", "True"),
     # --- RTC
     Defect("it counts too slowly", "rtc", Rtc, "_period", "self._prescaler + 1", "self._prescaler + 200"),
     Defect("DIV stands still", "rtc", Rtc, "_left", "(self._ticks.now() - self._from_tick)", "0"),

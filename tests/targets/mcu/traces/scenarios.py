@@ -17,6 +17,7 @@ from targets.mcu.machine import Machine
 from targets.mcu.serial_line import SerialFormat
 from targets.mcu.trace import Trace
 from tests.targets.firmware.high_density import IMAGES as HIGH_DENSITY_IMAGES
+from tests.targets.firmware.wires import put_wires
 
 __all__ = ["PLAIN", "RUNS", "SCENARIOS", "Input", "Run", "Scenario", "trace"]
 
@@ -102,6 +103,7 @@ def trace(scenario: Scenario, run: Run = PLAIN, *, image: str | None = None) -> 
     """Return header and lines of a run, of another file with the same image if one is given."""
     board, name = scenario.board, image or scenario.image
     machine = Machine(board, load(name, board), timing=scenario.timing, skip_idle=run.skip_idle)
+    put_wires(machine, scenario.image)
     recorder = Trace(machine)
     if run.watched:
         for pin in machine.chip.pins:

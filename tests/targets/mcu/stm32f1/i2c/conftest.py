@@ -9,8 +9,23 @@ from targets.mcu.testing import FakeChip, peek, poke
 from targets.parts import Ports
 from targets.parts.at24c02 import At24c02, At24c02Settings
 
-SR1 = {0: "SB", 1: "ADDR", 2: "BTF", 3: "ADD10", 6: "RXNE", 7: "TXE", 8: "BERR", 9: "ARLO", 10: "AF", 11: "OVR"}
-SR2 = {0: "MSL", 1: "BUSY", 2: "TRA"}
+SR1 = {
+    0: "SB",
+    1: "ADDR",
+    2: "BTF",
+    3: "ADD10",
+    4: "STOPF",
+    6: "RXNE",
+    7: "TXE",
+    8: "BERR",
+    9: "ARLO",
+    10: "AF",
+    11: "OVR",
+    12: "PECERR",
+    14: "TIMEOUT",
+    15: "SMBALERT",
+}
+SR2 = {0: "MSL", 1: "BUSY", 2: "TRA", 4: "GENCALL", 5: "SMBDEFAULT", 6: "SMBHOST", 7: "DUALF"}
 PE, START, STOP, ACK, POS = 1, 1 << 8, 1 << 9, 1 << 10, 1 << 11
 BIT = 720  # HCLK cycles at 100 kHz
 
@@ -18,16 +33,25 @@ BIT = 720  # HCLK cycles at 100 kHz
 class Rig:
     """The interface as a driver sees it."""
 
-    def __init__(self):
-        self.chip = FakeChip(72_000_000, {"APB1": 2})
-        self.left = 0
-        self.i2c = self.chip.add(I2c("I2C1", 0x4000_5400, self.chip.services, irq=31, rx_left=lambda: self.left))
+    def __init__(self, chip=None, number=1):
+        self.chip = chip or FakeChip(72_000_000, {"APB1": 2})
+        self.left = self.tx_left = 0
+        self.i2c = self.chip.add(
+            I2c(
+                f"I2C{number}",
+                0x4000_5000 + 0x400 * number,
+                self.chip.services,
+                irq=29 + 2 * number,
+                rx_left=lambda: self.left,
+                tx_left=lambda: self.tx_left,
+            )
+        )
         self.eeprom = At24c02(At24c02Settings(), Ports(), seed=0)
         self.bus = self.i2c.bus
         self.bus.attach(self.eeprom)
         self.told = []
         self.bus.taps.append(self.told.append)
-        self.event, self.error = self.chip.irq(31), self.chip.irq(32)
+        self.event, self.error = (self.chip.irq(29 + 2 * number + which) for which in (0, 1))
 
     def peek(self, register):
         return peek(self.i2c, register)
@@ -142,3 +166,57 @@ def rig():
 def make_rig():
     """The class."""
     return Rig
+
+
+class Pair:
+    """I2C1 and I2C2 of one chip on the same two wires; the second is to be a slave with address 0x21."""
+
+    OWN = 0x21
+
+    def __init__(self, *, control=0, cr2=0, slave_cr2=0, oar1=0x4000 | OWN << 1, oar2=0):
+        self.master = Rig().enable(cr2=cr2)
+        self.chip = self.master.chip
+        self.slave = Rig(self.chip, 2)
+        self.master.bus.joined = lambda: (self.slave.bus,)
+        self.slave.bus.joined = lambda: (self.master.bus,)
+        self.slave.enable(cr2=slave_cr2)
+        self.slave.poke("OAR1", oar1)
+        self.slave.poke("OAR2", oar2)
+        self.slave.ask(ACK | control)
+
+    def begin(self, byte):
+        """START and this byte, an address with its direction or a header; up to its ninth clock."""
+        self.master.ask(START)
+        self.master.until("SB")
+        self.master.poke("DR", byte)
+        while not self.master.flags() & {"ADDR", "ADD10", "AF"}:
+            self.chip.advance(4)
+        self.master.peek("SR1")
+
+    def address(self, *, read=False, acknowledge=True, address=OWN):
+        """Up to ADDR of both, EV6 and EV1."""
+        if read and acknowledge:
+            self.master.ask(ACK)
+        self.begin(address << 1 | read)
+
+    def clear_both(self):
+        self.master.clear_addr()
+        self.slave.clear_addr()
+
+    def wait(self, bits):
+        self.chip.advance(BIT * bits)
+
+    def stop(self):
+        self.master.ask(STOP)
+        self.master.until_free()
+
+
+@pytest.fixture
+def pair():
+    return Pair()
+
+
+@pytest.fixture(scope="session")
+def make_pair():
+    """The class."""
+    return Pair

@@ -1,0 +1,41 @@
+"""Which I2C interfaces of a chip are on the same two wires: their pins are, and are set to carry the signals.
+
+Choice: two pins are on the same wire if a net of the bench joins them directly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import partial
+
+from targets.mcu.i2c_bus import I2cBus
+from targets.mcu.signals import PinOutput, Signals
+from targets.mcu.stm32f1.i2c import I2c
+
+__all__ = ["join"]
+
+
+def join(i2cs: Iterable[I2c], signals: Signals) -> None:
+    """Tell the bus of each interface how to find those that it is joined with."""
+    wires = {i2c.name: tuple(signals.output(f"{i2c.name}_{wire}") for wire in ("SCL", "SDA")) for i2c in i2cs}
+    buses = {i2c.name: i2c.bus for i2c in i2cs}
+
+    def joined_with(name: str) -> tuple[I2cBus, ...]:
+        scl, sda = wires[name]
+        if not (_wired(scl) and _wired(sda)):
+            return ()
+        others = (other for other in buses if other != name)
+        return tuple(buses[other] for other in others if all(map(_meet, wires[name], wires[other])))
+
+    for name, bus in buses.items():
+        bus.joined = partial(joined_with, name)
+
+
+def _wired(signal: PinOutput) -> bool:
+    return any(pin.nets and pin.alternate for pin in signal.pins)
+
+
+def _meet(one: PinOutput, other: PinOutput) -> bool:
+    there = [pin for pin in other.pins if pin.alternate]
+    nets = [net for pin in one.pins if pin.alternate for net in pin.nets]
+    return any(pin in net.pins for net in nets for pin in there)
