@@ -22,6 +22,7 @@ from protocols.carla import (
     Layout,
     Mode,
 )
+from protocols.carla.clause import Clause
 from protocols.carla.clauses import CLAUSES
 
 Table = Callable[[Sequence[str], Iterable[Sequence[str]]], str]
@@ -177,6 +178,10 @@ def _hex(data: bytes) -> str:
     return data.hex(" ").upper()
 
 
+def _needs(clause: Clause) -> str:
+    return ", ".join(clause.needs) + ("; by hand" if clause.by_hand else "")
+
+
 def clauses_page(table: Table) -> str:
     """Every clause of both ends, with its profiles."""
     text = (
@@ -185,12 +190,13 @@ def clauses_page(table: Table) -> str:
         "behaviour is a hazard, its twin says what is asked instead. F1 to F7 are frames of "
         "[frames.md](frames.md); a *status* is a frame like F4, a *command* one of the driving stack; where "
         "nothing is said they come at 20 and 30 Hz. Times hold within one tick, 1 ms, beside what the bench "
-        "cannot tell apart.\n\n"
+        "cannot tell apart. *By hand* somebody beside a board at ports does or sees what is needed, with "
+        "`--operator`.\n\n"
     )
     head = ("Id", "Level", "Profiles", "Text", "Twin", "Needs", "Source")
     for suite in dict.fromkeys(clause.suite for clause in CLAUSES):
         rows = [
-            (one.id, one.level, ", ".join(one.profiles), one.text, one.twin or "", ", ".join(one.needs), one.source)
+            (one.id, one.level, ", ".join(one.profiles), one.text, one.twin or "", _needs(one), one.source)
             for one in CLAUSES
             if one.suite == suite
         ]

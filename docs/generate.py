@@ -240,7 +240,8 @@ def pkt_clauses_page() -> str:
         "A clause belongs to profiles: *documented* is what seed document and manual promise, *term-doc* the document "
         "to the letter, *g0* and *g2* what was shipped. Where shipped behaviour is a defect, its twin says what was "
         "promised. At a port nobody sees the motors: what needs `duty` is judged there by the throttles and setpoints "
-        "that the rover shows in 0x83, if it does, and the verdict says *by its own report*.\n\n"
+        "that the rover shows in 0x83, if it does, and the verdict says *by its own report*. *By hand* somebody there "
+        "does or sees what is needed, with `--operator`.\n\n"
     )
     for suite in dict.fromkeys(clause.suite for clause in PKT_CLAUSES):
         rows = [
@@ -254,9 +255,9 @@ def pkt_clauses_page() -> str:
 
 
 def _needs(clause: PktClause) -> str:
-    """What a clause needs, and with what it can be judged by the rover's own reports instead."""
+    """What a clause needs, and with what it can be judged by the rover's own reports, or somebody's hand, instead."""
     instead = f"; or {', '.join(clause.stand_ins)}, by its own report" if clause.stand_ins else ""
-    return ", ".join(clause.needs) + instead
+    return ", ".join(clause.needs) + instead + ("; by hand" if clause.by_hand else "")
 
 
 def rover_model_page() -> str:

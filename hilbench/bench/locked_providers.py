@@ -22,6 +22,7 @@ from hilbench.bench.client_under_test import (
 from hilbench.bench.line_faults import LineFaults
 from hilbench.bench.line_peer import LinePeer
 from hilbench.bench.observing import counters_of, pace_of
+from hilbench.bench.operator import Beside
 from hilbench.bench.shared import Shared
 from hilbench.benchfile.line_hooks import run_hook
 from hilbench.benchfile.reader import BenchFile
@@ -92,6 +93,14 @@ class LockedProvider:
     def observed(self) -> Observations:
         """Return how well the host kept up so far, and what passed the port."""
         return Observations(pace=pace_of(self._scheduler), port=counters_of(self._ports))
+
+    def _operator_for(self, case: CaseInfo) -> Beside | None:
+        """Return the operator for a case that needs one; what was asked of him before is taken back first."""
+        operator = self._shared.operator
+        if operator is None:
+            return None
+        operator.restore(self._bench)
+        return Beside(operator, self._bench, case) if case.by_hand else None
 
     def _lock(self) -> None:
         if not self._locked:
@@ -186,6 +195,7 @@ class AttachedProviderBase(LockedProvider, ABC, Generic[PeerT, CaseT]):
         super().__init__(shared, spec)
         self._serial = parse_serial_target(spec, usual_baud or self.USUAL_BAUD, shared.bench_file.port.settings)
         self._peer: PeerT | None = None
+        self._beside: Beside | None = None
 
     @abstractmethod
     def _make_peer(self, port: Port) -> PeerT:
@@ -220,6 +230,7 @@ class AttachedProviderBase(LockedProvider, ABC, Generic[PeerT, CaseT]):
         if not peer.port.line_is_up and not peer.line_expected:
             peer.attach(self._open_port())
         self._await_return([peer])
+        self._beside = self._operator_for(case)
         peer.port.baud = self._serial.baud
         run_hook(self._bench, peer.port, "reset", self._shared.bench_file.port.reset)
         peer.settle()

@@ -14,6 +14,7 @@ from hilbench.journal import Journal
 from hilbench.judging.provider import CaseInfo
 
 if TYPE_CHECKING:
+    from hilbench.bench.operator import Operator
     from hilbench.through import Routes
 
 
@@ -26,12 +27,14 @@ class Shared:
         timeout_scale: how much longer to wait.
         journal: where everything is recorded.
         route: what the checker's ports stand behind; None for nothing.
+        operator: somebody beside the target; None if nobody is.
     """
 
     bench_file: BenchFile
     timeout_scale: float
     journal: Journal
     route: Routes | None = None
+    operator: Operator | None = None
 
     @property
     def suites(self) -> Sequence[str]:
@@ -45,13 +48,15 @@ class Shared:
         return bench
 
     def close(self, now_ns: int = 0) -> None:
-        """Give up what the checker's ports stand behind, and close the journal at this bench time, in ns.
+        """Give up what the checker's ports stand behind, let the operator go, close the journal at this bench time, ns.
 
         Raises:
             UnavailableError: the journal could not be written to its end.
         """
         if self.route is not None:
             self.route.close()
+        if self.operator is not None:
+            self.operator.close()
         self.journal.close(now_ns)
 
     def describe(self, target: str, physics: str) -> Mapping[str, str]:

@@ -13,18 +13,20 @@ from typing import TYPE_CHECKING
 from hilbench.bench.shared import Shared
 from hilbench.bench.target_choice import first_of
 from hilbench.benchfile.inputs import inputs_of, inputs_of_targets, lines_of
-from hilbench.benchfile.reader import DEFAULT_FILE, open_bench
+from hilbench.benchfile.reader import DEFAULT_FILE, BenchFile, open_bench
 from hilbench.benchfile.target_grammar import Target, TargetKind, target_of
 from hilbench.errors import UsageError
 from hilbench.files import refuse_overwriting, refuse_writing_into
 from hilbench.journal import Journal
-from hilbench.judging.provider import BenchProvider
+from hilbench.judging.provider import Attended, BenchProvider
 from hilbench.plugins.blame import checked
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.protocol_bench.system import system_of
 from hilbench.terminal.options import CheckOptions, TargetChoice
 
 if TYPE_CHECKING:
+    from hilbench.bench.operator import Operator, Somebody
+    from hilbench.plugins.system import System
     from hilbench.through import Routes
 
 __all__ = ["make_provider"]
@@ -45,13 +47,57 @@ def make_provider(options: CheckOptions) -> BenchProvider:
     if bench_file.boards and not (options.suites or bench_file.suites):
         hint = 'write suites = ["my_suite.py"] into it, or --suite; without clauses: pytest (hilbench init begins one)'
         raise UsageError("names no suite for its boards", where=str(bench_file.path), hint=hint)
+    system = _system(bench_file, options)
+    operator = _operator(system, options)
     journal = Journal(options.journal, bench_file.header(options.seed), max_bytes=options.journal_max)
     route = _routes(options.through) if options.through else None
-    shared = Shared(bench_file=bench_file, timeout_scale=options.timeout_scale, journal=journal, route=route)
+    shared = Shared(
+        bench_file=bench_file, timeout_scale=options.timeout_scale, journal=journal, route=route, operator=operator
+    )
+    provider = _boards(shared, system, options) if bench_file.boards else _of_model(shared, system, options)
+    if operator is not None and not isinstance(provider, Attended):
+        hint = "name the port of a target that a person can touch"
+        raise UsageError("on this bench nothing is asked of anybody", where=_asking(options), hint=hint)
+    return provider
+
+
+def _system(bench_file: BenchFile, options: CheckOptions) -> System | None:
+    """Return the system that the bench belongs to; None for boards that are nobody's."""
     if bench_file.boards:
-        return _boards(shared, options)
+        return PLUGINS.systems.of_suites(_speaking(bench_file, options))
     assert bench_file.model is not None
-    return checked(system_of(bench_file.model).provider, BenchProvider)(shared, options.targets)
+    return system_of(bench_file.model)
+
+
+def _of_model(shared: Shared, system: System | None, options: CheckOptions) -> BenchProvider:
+    assert system is not None
+    return checked(system.provider, BenchProvider)(shared, options.targets)
+
+
+def _operator(system: System | None, options: CheckOptions) -> Operator | None:
+    """Return who is asked for what needs a hand on the target; None if nobody is to be.
+
+    Raises:
+        UsageError: nothing can be asked for, or nobody is there.
+    """
+    if not options.operator and not options.operator_hook:
+        return None
+    if system is None or not system.hand_requests:
+        hint = "a system says what may be asked in its hand_requests"
+        raise UsageError("of this target nothing can be asked of anybody", where=_asking(options), hint=hint)
+    from hilbench.bench.operator import Operator
+    from hilbench.bench.operator_hook import CommandAsOperator
+    from hilbench.bench.operator_terminal import PersonAtTerminal
+
+    somebodies: list[Somebody] = []
+    if not options.list_only:
+        somebodies += [CommandAsOperator(options.operator_hook)] if options.operator_hook else []
+        somebodies += [PersonAtTerminal()] if options.operator else []
+    return Operator(system.hand_requests, somebodies)
+
+
+def _asking(options: CheckOptions) -> str:
+    return "--operator-hook" if options.operator_hook else "--operator"
 
 
 def _routes(kind: str) -> Routes:
@@ -89,9 +135,8 @@ def _bench_of(options: CheckOptions) -> str | None:
     return (meant[0] if meant else "") or None
 
 
-def _boards(shared: Shared, options: CheckOptions) -> BenchProvider:
+def _boards(shared: Shared, system: System | None, options: CheckOptions) -> BenchProvider:
     """Return the provider of a bench with emulated boards, or of a board at ports in the place of them."""
-    system = PLUGINS.systems.of_suites(_speaking(shared, options))
     if system is not None:
         made = checked(system.board_provider, BenchProvider, or_none=True)(shared, options.targets)
         if made is not None:
@@ -103,14 +148,13 @@ def _boards(shared: Shared, options: CheckOptions) -> BenchProvider:
     return BoardProvider(shared, options.targets)
 
 
-def _speaking(shared: Shared, options: CheckOptions) -> Sequence[str]:
+def _speaking(bench_file: BenchFile, options: CheckOptions) -> Sequence[str]:
     """Return the suites that say what a bench of boards speaks: those of its file.
 
     Where it has none, it is those that are asked for; not so if it names a protocol, or no line leads to the checker.
     """
-    bench_file = shared.bench_file
     lines = [end for end in bench_file.checker_lines.values() if end.partition(".")[0] in bench_file.boards]
-    return shared.suites or (options.suites if lines and not bench_file.protocols else ())
+    return bench_file.suites or (options.suites if lines and not bench_file.protocols else ())
 
 
 def _stranger(shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider:

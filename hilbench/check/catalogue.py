@@ -32,6 +32,7 @@ class Clause:
         needs: capabilities without which it cannot be checked.
         stand_ins: capabilities with which it can be checked by the target's own reports where some of `needs` are
             missing; empty if it cannot.
+        by_hand: whether a person beside the target can do and see what it needs, on request.
     """
 
     id: str
@@ -42,11 +43,16 @@ class Clause:
     source: str
     needs: frozenset[str] = frozenset()
     stand_ins: frozenset[str] = frozenset()
+    by_hand: bool = False
 
     def unseen(self, capabilities: Collection[str]) -> frozenset[str]:
         """Return what a bench lacks that the target's own reports stand in for; nothing if they do not."""
         reported = self.stand_ins and self.stand_ins.issubset(capabilities)
         return self.needs.difference(capabilities) if reported else frozenset()
+
+    def handed(self, capabilities: Collection[str], by_hand: Collection[str]) -> frozenset[str]:
+        """Return what a bench lacks that somebody beside the target can do, of what is `by_hand` there."""
+        return self.needs.intersection(by_hand).difference(capabilities) if self.by_hand else frozenset()
 
 
 def find_clause(clause_id: str) -> Clause | None:
@@ -122,4 +128,5 @@ def _clause(entry: ClauseEntry, *spoken: str) -> Clause:
         source=entry.source,
         needs=frozenset({*entry.needs, *spoken}),
         stand_ins=frozenset({*stand_ins, *spoken}) if stand_ins else frozenset(),
+        by_hand=getattr(entry, "by_hand", False) is True,
     )

@@ -30,6 +30,7 @@ class PlannedCase:
         setup: how else its bench differs from that of the bench file.
         seed: its seed.
         by_own_report: what its clauses need besides, which the bench lacks and the target's own reports stand in for.
+        by_hand: those of its needs for which somebody beside the target is asked.
     """
 
     id: str
@@ -43,6 +44,7 @@ class PlannedCase:
     setup: CaseSetup
     seed: int
     by_own_report: tuple[str, ...] = ()
+    by_hand: frozenset[str] = frozenset()
 
     @property
     def clause_ids(self) -> tuple[str, ...]:

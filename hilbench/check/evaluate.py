@@ -156,6 +156,8 @@ def _reproduce(group: _ClauseCases, options: CheckOptions) -> str:
     for suite in dict.fromkeys(plan.suite_argument for plan in group.planned):
         words += ["--suite", suite]
     words += ["-k", group.clause.id, "--seed", str(options.seed)]
+    words += ["--operator"] if options.operator else []
+    words += ["--operator-hook", shlex.join(options.operator_hook)] if options.operator_hook else []
     if options.timeout_scale != 1:
         words += ["--timeout-scale", f"{options.timeout_scale:g}"]
     if options.through:

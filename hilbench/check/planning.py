@@ -19,6 +19,7 @@ def plan_case(
     name: str,
     run_seed: int,
     capabilities: Collection[str],
+    by_hand: Collection[str] = (),
 ) -> PlannedCase:
     """Return the plan for one case.
 
@@ -29,15 +30,18 @@ def plan_case(
         name: function and parameters.
         run_seed: seed of the run.
         capabilities: what the bench can do.
+        by_hand: what somebody beside the target can do for the clauses that allow it.
 
     Raises:
         UsageError: it cites a clause that nobody defines.
     """
     case_id = f"{suite}/{name}"
     clauses = tuple(_clause(clause_id, spec, case_id, suite) for clause_id in spec.clause_ids)
-    unseen = [clause.unseen(capabilities) for clause in clauses]
+    handed = frozenset[str]().union(*(clause.handed(capabilities, by_hand) for clause in clauses))
+    there = handed.union(capabilities)
+    unseen = [clause.unseen(there) for clause in clauses]
     needs = spec.needs.union(*(clause.needs - lacks for clause, lacks in zip(clauses, unseen, strict=True)))
-    missing = needs.difference(capabilities)
+    missing = needs.difference(there)
     if RECORDING in capabilities and RECORDING not in spec.needs:
         missing = frozenset({ANSWERS})
     return PlannedCase(
@@ -49,6 +53,7 @@ def plan_case(
         needs=needs,
         missing=tuple(sorted(missing)),
         by_own_report=() if missing else tuple(sorted(frozenset[str]().union(*unseen))),
+        by_hand=frozenset() if missing else handed,
         scene=spec.scene,
         setup=spec.setup,
         seed=case_seed(run_seed, case_id),

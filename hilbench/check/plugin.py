@@ -27,6 +27,7 @@ from hilbench.errors import HilbenchError, UsageError
 from hilbench.judging.doubt import doubted, excused
 from hilbench.judging.outcome import PASSED, Outcome, outcome_of, printable, with_open_points
 from hilbench.judging.provider import (
+    Attended,
     BenchProvider,
     CaseBench,
     CaseInfo,
@@ -100,7 +101,8 @@ class _CaseRun:
             self.outcome = excused(self.outcome, bench.lacks())
         self.in_doubt = self.outcome.verdict is not self.ended.verdict
         if self.outcome.verdict is not Verdict.PASS:
-            self.outcome = _with_evidence(self.outcome, tuple(bench.evidence()))
+            asked = (f"asked of the operator: {one}" for one in self.recorded.asked)
+            self.outcome = _with_evidence(self.outcome, (*asked, *bench.evidence()))
         bench.finish(self.outcome.verdict.value, marked(self.outcome.cause, self.planned.by_own_report))
         self.case_hash = bench.case_hash()
         if self.screens is not None and self.outcome.verdict in SHOWN_VERDICTS and isinstance(bench, Viewable):
@@ -141,6 +143,7 @@ class _CaseRun:
             evidence=tuple(printable(line) for line in self.outcome.evidence),
             measures=tuple(self.recorded.measures),
             families=tuple(self.recorded.families),
+            asked=tuple(self.recorded.asked),
             by_own_report=planned.by_own_report,
             defect=self.outcome.defect,
             suite_error=self.outcome.suite_error,
@@ -329,6 +332,7 @@ class CheckPlugin:
             name=_case_name(item),
             run_seed=self._seed,
             capabilities=self._provider.capabilities,
+            by_hand=self._provider.by_hand if isinstance(self._provider, Attended) else (),
         )
         item.stash[_PLAN] = plan
         if plan.missing:
@@ -444,6 +448,7 @@ def _info(planned: PlannedCase) -> CaseInfo:
         seed=planned.seed,
         scene=planned.scene,
         needs=planned.needs,
+        by_hand=planned.by_hand,
         setup=planned.setup,
     )
 

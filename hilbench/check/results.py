@@ -43,6 +43,7 @@ class CaseResult(msgspec.Struct, frozen=True, kw_only=True):
         case_hash: hash over its canonical events; empty if it opened no bench, or one in real time.
         screen: the picture of the dashboard at the moment it failed; empty if there is none.
         reruns: why it was inconclusive, each time that it was run again for that.
+        asked: what somebody beside the target was asked for, each with the answer.
     """
 
     id: str
@@ -63,6 +64,7 @@ class CaseResult(msgspec.Struct, frozen=True, kw_only=True):
     case_hash: str = ""
     screen: str = ""
     reruns: tuple[str, ...] = ()
+    asked: tuple[str, ...] = ()
 
 
 class ClauseResult(msgspec.Struct, frozen=True, kw_only=True):

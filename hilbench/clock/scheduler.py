@@ -302,9 +302,9 @@ class Scheduler:
 
     def add_source(self, source: InputSource) -> None:
         """Watch a real input while running. The bench must be locked before it runs."""
-        self._sources.append(source)
         if self._pace is not None:
-            self._pace.host.watch(source)
+            self._pace.host.watch(source)  # first: who is interrupted here must not find one that is not watched
+        self._sources.append(source)
 
     def remove_source(self, source: InputSource) -> bool:
         """Stop watching a real input; call it while the descriptor is still open. Return whether it was watched."""

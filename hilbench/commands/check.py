@@ -25,6 +25,7 @@ hilbench check vehicle --jobs auto                 on all processors: the same v
 hilbench check --suite pkt-board --target serial:/dev/ttyACM0@115200
 hilbench check --suite pkt-board --target serial:serial=0668FF303430   whatever its port is called; see hilbench ports
 hilbench check vehicle-model --target simulator=serial:/dev/ttyUSB0 --target stack=serial:/dev/ttyACM0
+hilbench check rover --target serial:/dev/ttyACM0@115200 --operator    asks for what needs a hand on it
 hilbench check rover --through rfc2217             whole suites with that door on the way, in virtual time
 hilbench check pioneer --set world.scene=corridor -k M05     in another scene than the bench file names
 hilbench check rover --last-failed -x              what did not pass last time, up to the first that fails again
@@ -85,6 +86,10 @@ def parser() -> Parser:
         help="run only what did not pass when it was run last on this bench and target; else all")  # fmt: skip
     add("--rerun-inconclusive", metavar="N", type=typed(arguments.count), default=0,
         help="run what is inconclusive up to N times again, at a target in real time; never a failure")  # fmt: skip
+    add("--operator", action="store_true",
+        help="ask at the terminal for what needs a hand or an eye on a target at a port")  # fmt: skip
+    add("--operator-hook", metavar="CMD", type=typed(arguments.command), default=(),
+        help="run CMD for each of these requests instead, or first; it gets it as arguments and as JSON")  # fmt: skip
     add("-q", "--quiet", action="store_true", help="print what is not shown and the last line, and nothing meanwhile")
     add("--ci", choices=("auto", "github", "gitlab", "none"), default="auto",
         help="show the result as that CI system does (default: the one that runs this)")  # fmt: skip
@@ -135,6 +140,8 @@ def run(parsed: argparse.Namespace) -> int:
         ci=parsed.ci,
         html=parsed.html,
         code_quality=parsed.code_quality,
+        operator=parsed.operator,
+        operator_hook=parsed.operator_hook,
     )
     return run_check(options, _provider_of, draw=_draw)
 

@@ -61,6 +61,7 @@ class CaseInfo:
         seed: of this case alone, so that selection and order change nothing; 0 to 2**63 - 1.
         scene: the scene it asks for; empty for that of the bench file.
         needs: the capabilities it was declared to need; all of them are there.
+        by_hand: those of them for which somebody beside the target is asked.
         setup: how else its bench is to differ from that of the bench file.
     """
 
@@ -69,6 +70,7 @@ class CaseInfo:
     seed: int
     scene: str = ""
     needs: frozenset[str] = frozenset()
+    by_hand: frozenset[str] = frozenset()
     setup: CaseSetup = PLAIN_SETUP
 
 
@@ -134,6 +136,15 @@ class Choosing(Protocol):
     @property
     def suites(self) -> Sequence[str]:
         """Names of shipped suites, or paths."""
+
+
+@runtime_checkable
+class Attended(Protocol):
+    """What a provider may have besides: somebody beside the target, who does what he is asked for."""
+
+    @property
+    def by_hand(self) -> frozenset[str]:
+        """The capabilities that he brings, for clauses that allow it; empty where nobody was named."""
 
 
 @runtime_checkable

@@ -23,11 +23,13 @@ class Recorded:
         measures: its figures.
         families: the families of stimuli that it tried members of.
         unclear: the points that the bench could not tell.
+        asked: what somebody beside the target was asked for, and the answer.
     """
 
     measures: list[Measure] = field(default_factory=list)
     families: list[Sampled] = field(default_factory=list)
     unclear: list[Inconclusive] = field(default_factory=list)
+    asked: list[str] = field(default_factory=list)
 
 
 _recorded: ContextVar[Recorded | None] = ContextVar("what the running case measured", default=None)

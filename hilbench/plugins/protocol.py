@@ -26,7 +26,7 @@ API = 1
 
 
 class ClauseEntry(Protocol):
-    """A rule of a catalogue; see `hilbench.check.catalogue.Clause`. It may have `stand_ins` besides."""
+    """A rule of a catalogue; see `hilbench.check.catalogue.Clause`. It may have `stand_ins` and `by_hand` besides."""
 
     @property
     def id(self) -> str:

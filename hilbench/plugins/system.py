@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from worlds.vehicles import Vehicle
     from worlds.world import World
 
-__all__ = ["API", "ModelKind", "Standing", "System", "VehicleKind", "device_kind"]
+__all__ = ["API", "HandRequest", "ModelKind", "Standing", "System", "VehicleKind", "device_kind"]
 
 API = 1
 """Of this class; a plug-in says which one it was written for."""
@@ -102,6 +102,24 @@ class VehicleKind:
     stands_ready: bool = False
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HandRequest:
+    """Something that a check may ask of somebody beside a target at a port.
+
+    Attributes:
+        text: what to do, in the imperative, as in ``press the reset button``; or the question, where there are answers.
+            The words of a case stand where it has ``{}``.
+        capability: what it is for, as the clauses name it in their `needs`.
+        answers: what may be answered; empty where something is to be done.
+        undo: the name of the request that takes it back; empty where nothing stays.
+    """
+
+    text: str
+    capability: str
+    answers: tuple[str, ...] = ()
+    undo: str = ""
+
+
 @runtime_checkable
 class Standing(Protocol):
     """A model with a body, which stands in its world beside boards."""
@@ -138,6 +156,7 @@ class System:
         benches: the folder of its benches, one ``NAME.toml`` each; None where they come with hilbench.
         speakers: who speaks at the sources of journals that it alone has.
         checkers: those of these that the checker holds in a case, and who is under test then.
+        hand_requests: what may be asked of somebody beside its target at a port, by the names that a command gets.
     """
 
     api: int = 0
@@ -148,6 +167,7 @@ class System:
     benches: Path | None = None
     speakers: Mapping[str, Speaker] = MappingProxyType({})
     checkers: Mapping[str, Speaker] = MappingProxyType({})
+    hand_requests: Mapping[str, HandRequest] = MappingProxyType({})
 
     def models(self) -> Mapping[str, ModelKind]:
         """Return its behavioural models, by the names that a bench file has for them."""

@@ -11,7 +11,7 @@ from typing import Any, get_type_hints
 
 from hilbench.plugins import system as systems
 from hilbench.plugins.protocol import API, Device, FirstTest, ProtocolPlugin, Recorded
-from hilbench.plugins.system import ModelKind, System, VehicleKind
+from hilbench.plugins.system import HandRequest, ModelKind, System, VehicleKind
 
 __all__ = ["OPTION_KINDS", "problem_of", "problem_of_system", "problem_of_vehicle"]
 
@@ -47,9 +47,20 @@ def _system_problems(system: Any) -> Iterator[str]:
     yield from _of_name(system)
     yield from _of_class(str, "text", system, "title", "summary")
     yield from _of_class(Mapping, "mapping of names", system, "speakers", "checkers")
+    yield from _of_requests(system.hand_requests)
     if system.benches is not None and not (isinstance(system.benches, Path) and system.benches.is_dir()):
         yield f"its folder of benches '{system.benches}' is not there"
     yield from _of_bodies(system)
+
+
+def _of_requests(requests: Any) -> Iterator[str]:
+    """Yield what is wrong with what may be asked of somebody beside a target."""
+    if not isinstance(requests, Mapping) or not all(isinstance(one, HandRequest) for one in requests.values()):
+        yield "hand_requests is no mapping of names to HandRequests"
+        return
+    for name, request in requests.items():
+        if request.undo and request.undo not in requests:
+            yield f"its request '{name}' is undone by '{request.undo}', which is none"
 
 
 def _of_bodies(system: Any) -> Iterator[str]:

@@ -166,6 +166,10 @@ class Rover:
             raise InternalError("the case needs somebody beside the rover and has not said so")
         return self._hands
 
+    def _can(self, name: str) -> bool:
+        """Say whether somebody beside the rover does and sees what has this name among the needs of clauses."""
+        return self._hands is not None and name in self._hands.can
+
     @property
     def lit(self) -> bool:
         """The test LED is on."""
@@ -173,21 +177,21 @@ class Rover:
 
     def require_lit(self) -> None:
         """Require that the test LED is on, if anybody can see it."""
-        assert self._hands is None or self.lit, "the LED is off: an accepted LED_ON was not executed"
+        assert not self._can("led") or self.lit, "the LED is off: an accepted LED_ON was not executed"
 
     def require_dark(self) -> None:
         """Require that the test LED is off, if anybody can see it."""
-        assert self._hands is None or not self.lit, "the LED is on: a rejected frame was executed"
+        assert not self._can("led") or not self.lit, "the LED is on: a rejected frame was executed"
 
     @property
     def seen(self) -> bool:
         """Somebody sees what reaches the motors; else there is only what the rover itself says of them."""
-        return self._hands is not None
+        return self._can("duty")
 
     @property
     def duties(self) -> tuple[float, float]:
         """What reaches the motors; where nobody sees that, the throttles of a 0x83 that begins later than now."""
-        return self._hands.duties() if self._hands is not None else self.motion().throttles
+        return self.hands.duties() if self.seen else self.motion().throttles
 
     @property
     def runs(self) -> bool:
@@ -205,8 +209,13 @@ class Rover:
 
     def hold_wheels(self) -> None:
         """Hold all wheels, if somebody is there."""
-        if self._hands is not None:
-            self._hands.hold_wheels(True)
+        if self.held:
+            self.hands.hold_wheels(True)
+
+    @property
+    def held(self) -> bool:
+        """Somebody is there who holds the wheels when that is asked for."""
+        return self._can("wheels")
 
     # --- bytes out
 
@@ -226,7 +235,7 @@ class Rover:
         """Switch the test LED off, and take what that does to the counters for the beginning."""
         self.send(LedOff())
         self.before = self._general()
-        if self._hands is not None and self.lit:
+        if self._can("led") and self.lit:
             raise Inconclusive("the LED does not go out", self.peer.evidence())
 
     def drive(self, left: float, right: float) -> None:

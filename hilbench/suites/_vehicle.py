@@ -338,12 +338,12 @@ class Vehicle:
         doubt = self.uncertainty_s(since_ns) * rate_hz
         near(found, wanted, tolerance, unit="frames", what=what, uncertainty=doubt)
 
-    def require_frame(self, got: Frame, wanted: CommandFrame, what: str) -> None:
-        """Require what a frame says, as far as floats of 32 bits tell."""
+    def require_frame(self, got: Frame, wanted: CommandFrame, what: str, off: float = 0.0) -> None:
+        """Require what a frame says, as far as floats of 32 bits tell, or so far off at most."""
         assert got.packet is not None
         for name in ("steering", "steering_rate", "speed", "acceleration", "jerk", "mode"):
             found, value = getattr(got.packet, name), getattr(wanted, name)
-            if not abs(found - value) <= 1e-6 * max(1.0, abs(value)):
+            if not abs(found - value) <= max(off, 1e-6 * max(1.0, abs(value))):
                 raise Violation(f"{what}: {name} is {found:g}, required {value:g}", shown([got]))
 
     def require_nothing_between(self) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import os
 import re
+import shlex
 from fractions import Fraction
 from pathlib import Path
 
@@ -71,6 +72,14 @@ def named_file(text: str) -> tuple[str, Path]:
     if not name or not equals:
         raise ValueError(f"'{text}' is not NAME=FILE")
     return name, output_file(file)
+
+
+def command(text: str) -> tuple[str, ...]:
+    """Read the words of a command, as a shell would."""
+    words = tuple(shlex.split(text))
+    if not words:
+        raise ValueError(f"'{text}' is no command")
+    return words
 
 
 def seed(text: str) -> int:

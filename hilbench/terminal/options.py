@@ -66,6 +66,8 @@ class CheckOptions:
         ci: the CI system that runs this: ``github``, ``gitlab``, ``none``, or ``auto`` for that which says so.
         code_quality: where to write a Code Quality report, as GitLab reads it.
         html: where to write the page of the run.
+        operator: ask at the terminal for what needs a hand on the target.
+        operator_hook: the words of a command that is asked instead, or before; empty for none.
     """
 
     bench: str | None = None
@@ -92,6 +94,8 @@ class CheckOptions:
     ci: str = "none"
     code_quality: Path | None = None
     html: Path | None = None
+    operator: bool = False
+    operator_hook: tuple[str, ...] = ()
 
     def outputs(self) -> tuple[tuple[str, Path | None], ...]:
         """Return the files to write, by the options that name them."""

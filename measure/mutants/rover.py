@@ -29,6 +29,7 @@ from measure.mutants.each_its_own import Fault
 from protocols.pkt import (
     SERVER_TABLE,
     Action,
+    Command,
     Connection,
     Dropped,
     DropReason,
@@ -41,11 +42,13 @@ from protocols.pkt import (
     FrameTransition,
     FrameTrigger,
     GeneralReport,
+    MotorThrottles,
     ReportId,
     Resync,
     Role,
     ServerState,
     ServerTrigger,
+    SpeedSetpoints,
     Table,
     Transition,
     crc16,
@@ -301,6 +304,14 @@ class _Doubling:
         return advance(rover, now_ns) * (2 if rover in self._been_down else 1)
 
 
+def _one_a_turn(obey: Callable[..., None], rover: RoverRobot, command: Command) -> None:
+    if not isinstance(command, MotorThrottles | SpeedSetpoints):
+        obey(rover, command)
+    elif getattr(rover, "obeyed_in", None) != rover._tick:
+        rover.obeyed_in = rover._tick  # type: ignore[attr-defined]
+        obey(rover, command)
+
+
 def _any_flag(set_values: Callable[..., None], motors: Motors, which: object, values: object, flags: int) -> None:
     set_values(motors, which, values, 3 if flags > 3 else flags)
 
@@ -532,6 +543,20 @@ BY_HAND = (
         id="reserved-flags-for-both",
         what="a reserved flag makes a motor command one for both pairs",
         patches=(patched(Motors, "_set", _any_flag),),
+    ),
+    RoverMutant(
+        id="one-command-a-turn",
+        what="of the commands of the motors that come in one turn of its loop, 10 ms, the first is carried out alone",
+        patches=(patched(RoverRobot, "_obey", _one_a_turn),),
+    ),
+    RoverMutant(
+        id="first-behind-silence-unheard",
+        what="the first command behind a lost link is counted and not carried out",
+        edges={
+            (ServerState.LOST, ServerTrigger.COMMAND): Transition(
+                ServerState.LINKED, (Action.FEED_WATCHDOG, Action.ACCEPT, *_RESULT)
+            )
+        },
     ),
     RoverMutant(id="kp-doubled", what="the controllers begin with twice the gain", change=body(kp=0.02)),
     RoverMutant(

@@ -22,6 +22,8 @@ class Clause:
         needs: names of what a bench must be able to do for it to be checked, beside speaking the protocol.
         stand_ins: names of what it must be able to do instead where it lacks some of `needs`: its case then judges by
             the peer's own reports, which is weaker evidence, and its verdict says so. Empty if nothing stands in.
+        by_hand: whether a person beside the peer can do and see what it needs, on request: nothing of it has to be
+            at an exact time or place.
     """
 
     id: str
@@ -32,6 +34,7 @@ class Clause:
     sources: tuple[str, ...]
     needs: tuple[str, ...] = ()
     stand_ins: tuple[str, ...] = ()
+    by_hand: bool = False
 
     @property
     def source(self) -> str:

@@ -24,6 +24,7 @@ def lines(report: Report) -> list[str]:
     if families:
         found.append(f"tried: {'; '.join(families)}")
     found += _reruns(report)
+    found += _asked(report)
     if observed.ledger is not None:
         found.append(_ledger(observed.ledger))
     if observed.pace is not None:
@@ -85,6 +86,13 @@ def _reruns(report: Report) -> list[str]:
         return []
     words = [f"{case.id} {len(case.reruns)} time{'s' * (len(case.reruns) > 1)}: {case.reruns[-1]}" for case in again]
     return [f"run again, as they were inconclusive: {named(words)}"]
+
+
+def _asked(report: Report) -> list[str]:
+    """Return how often the operator was asked for something."""
+    asked = [case.asked for case in report.cases if case.asked]
+    where = f"in {len(asked)} case{'s' * (len(asked) != 1)}"
+    return [f"operator: asked {sum(map(len, asked))} times {where}"] if asked else []
 
 
 def _figure(value: float, digits: int, unit: str) -> str:

@@ -29,6 +29,7 @@ class ListedCase(msgspec.Struct, frozen=True, kw_only=True):
         needs: the capabilities it needs.
         missing: those that the bench lacks; it applies if there are none.
         by_own_report: what is needed besides, which the bench lacks and the target's own reports stand in for.
+        by_hand: those of its needs for which somebody beside the target is asked.
     """
 
     id: str
@@ -40,6 +41,7 @@ class ListedCase(msgspec.Struct, frozen=True, kw_only=True):
     needs: tuple[str, ...]
     missing: tuple[str, ...]
     by_own_report: tuple[str, ...]
+    by_hand: tuple[str, ...]
 
 
 def show(planned: Sequence[PlannedCase], options: CheckOptions, console: Console) -> None:
@@ -77,6 +79,7 @@ def _row(case: PlannedCase) -> tuple[str, ...]:
     else:
         remark = f"needs {', '.join(sorted(case.needs))}" if case.needs else ""
         remark += f"; {BY_OWN_REPORT}no {', '.join(case.by_own_report)}" if case.by_own_report else ""
+        remark += f"; asks the operator for {', '.join(sorted(case.by_hand))}" if case.by_hand else ""
     return (", ".join(case.clause_ids), levels, f"{case.bench_time_s:.1f} s", case.id.partition("/")[2], remark)
 
 
@@ -104,4 +107,5 @@ def _listed(case: PlannedCase) -> ListedCase:
         needs=tuple(sorted(case.needs)),
         missing=case.missing,
         by_own_report=case.by_own_report,
+        by_hand=tuple(sorted(case.by_hand)),
     )

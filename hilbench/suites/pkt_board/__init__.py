@@ -17,4 +17,5 @@ ORDER = (
     "published",
     "newlines",
     "families",
+    "sequences",
 )

@@ -34,7 +34,7 @@ def _require_controlled(rover: Rover, left_rpm: float, right_rpm: float) -> None
     """Require setpoints, and what the controllers make of them at wheels that stand because somebody holds them."""
     report = rover.motion()
     rover.require_setpoints(report, left_rpm, right_rpm)
-    if rover.seen:
+    if rover.held:
         rover.require_throttles(report, left_rpm / 100, right_rpm / 100, 0.05)
 
 

@@ -68,11 +68,12 @@ def test_a_status_ends_the_emergency_in_manual(vehicle: Vehicle) -> None:
     if modes[:1] != [Mode.MANUAL] or Mode.AUTOWARE in modes:
         kind = Violation if Mode.AUTOWARE in modes else Untimely  # or the status has come too late for a frame
         raise kind(f"the modes behind the status are {modes}, required MANUAL next", shown(frames))
-    vehicle.require_frame(frames[0], BRAKE, "the first frame of MANUAL")
+    vehicle.require_frame(frames[0], BRAKE, "the first frame of MANUAL", vehicle.hands.off_share)
     vehicle.simulator.statuses.start(STATUS_HZ)
     vehicle.run(0.2)
     assert vehicle.modes_reported(stack_mark)[-1:] == [Mode.MANUAL], "the control-mode report does not say 4"
-    assert vehicle.light == "green", f"lit is {vehicle.light}, required green"
+    lit = vehicle.light
+    assert lit == "green", f"lit is {lit}, required green"
 
 
 @on_board("VB09", lasts_s=4.0)

@@ -17,7 +17,7 @@ from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.systems.rover.about import about_pkt
 from hilbench.systems.rover.client import HostUnderTest
-from hilbench.systems.rover.hands import ModelHands, RoverHands
+from hilbench.systems.rover.hands import ModelHands, OperatorHands, RoverHands
 from hilbench.systems.rover.peer import RoverPeer
 from hilbench.systems.rover.scripted import ScriptedRover
 from protocols.pkt import PROFILES
@@ -145,7 +145,7 @@ class HostCase(CaseBase):
 
 
 class AttachedRoverCase(RoverCase):
-    """A rover that somebody else runs, in real time; nobody stands beside it.
+    """A rover that somebody else runs, in real time.
 
     Args:
         bench: shared by all cases, locked to the host's clock.
@@ -153,6 +153,7 @@ class AttachedRoverCase(RoverCase):
         peer: the checker's end of the line, settled.
         open_again: opens the port again.
         faults: what goes wrong on the line.
+        hands: who stands beside the rover; None if nobody does.
     """
 
     def __init__(
@@ -162,8 +163,10 @@ class AttachedRoverCase(RoverCase):
         peer: RoverPeer,
         open_again: Callable[[], Port],
         faults: LineFaults | None = None,
+        hands: OperatorHands | None = None,
     ) -> None:
         super().__init__(bench, case, faults)
+        self.hands = hands
         self.peer = peer
         self._open_again = open_again
 

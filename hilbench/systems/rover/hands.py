@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Protocol
 
 from hilbench.bench import Bench
+from hilbench.bench.operator import Beside
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.errors import InternalError
 from hilbench.judging.provider import CaseInfo
@@ -20,7 +21,17 @@ from targets.parts.neo6m.settings import Neo6mSettings
 from targets.robots.rover import RoverRobot
 from worlds.vehicles.rover_4wd import WHEELS, Rover4wdBody
 
-__all__ = ["HANDS", "REOPEN", "BoardHands", "ModelHands", "RoverBench", "RoverHands", "RoverOnBoard", "hands_on"]
+__all__ = [
+    "HANDS",
+    "REOPEN",
+    "BoardHands",
+    "ModelHands",
+    "OperatorHands",
+    "RoverBench",
+    "RoverHands",
+    "RoverOnBoard",
+    "hands_on",
+]
 
 REOPEN = "reopen"
 """The capability of a bench whose line can be closed and opened again."""
@@ -38,6 +49,10 @@ Four = tuple[float, float, float, float]
 
 class RoverHands(Protocol):
     """Somebody who stands beside the rover."""
+
+    @property
+    def can(self) -> frozenset[str]:
+        """What he does and sees in the case, by the names of `HANDS`."""
 
     def led_is_lit(self) -> bool:
         """Look at the test LED."""
@@ -81,6 +96,8 @@ class ModelHands:
         robot: the rover.
     """
 
+    can = HANDS
+
     def __init__(self, robot: RoverRobot) -> None:
         self._robot = robot
 
@@ -113,6 +130,8 @@ class BoardHands:
     Args:
         board_bench: the bench.
     """
+
+    can = HANDS
 
     def __init__(self, board_bench: BoardBench) -> None:
         self._bench: Bench = board_bench.bench
@@ -166,6 +185,51 @@ class BoardHands:
                 pin = net.pins[0]
                 return PinInput(self._bench, self._there.boards[pin.board].pin(pin.pin))
         raise InternalError(f"'{part}.{terminal}' leads to no pin")
+
+
+class OperatorHands:
+    """At a rover at a port, as far as somebody is asked there.
+
+    Args:
+        beside: who is asked.
+    """
+
+    def __init__(self, beside: Beside) -> None:
+        self._beside = beside
+        self._held = False
+
+    @property
+    def can(self) -> frozenset[str]:
+        """See `RoverHands`."""
+        return self._beside.case.by_hand
+
+    def led_is_lit(self) -> bool:
+        """See `RoverHands`."""
+        return self._beside.ask("led") == "lit"
+
+    def hold_wheels(self, held: bool) -> None:
+        """See `RoverHands`; whoever holds them is not asked again."""
+        if held != self._held:
+            self._beside.ask("hold-wheels" if held else "release-wheels")
+            self._held = held
+
+    def boot(self, peer: RoverPeer) -> None:
+        """Have the board begin anew; what it said before is discarded while it is held in reset."""
+        self._beside.ask("hold-reset")
+        peer.forget()
+        self._beside.ask("release-reset")
+
+    def wheels_rpm(self) -> Four:
+        """See `RoverHands`; nobody's eye tells it."""
+        raise InternalError("a clause that needs the speed of wheels is not by hand")
+
+    def duties(self) -> tuple[float, float]:
+        """See `RoverHands`; likewise."""
+        raise InternalError("a clause that needs the motors' voltage is not by hand")
+
+    def position(self) -> Position:
+        """See `RoverHands`; likewise."""
+        raise InternalError("a clause that needs the position is not by hand")
 
 
 class RoverOnBoard:

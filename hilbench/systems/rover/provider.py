@@ -26,7 +26,7 @@ from hilbench.systems.rover.cases import (
 )
 from hilbench.systems.rover.client import OWN_HOST_CAPABILITIES, OwnHost
 from hilbench.systems.rover.ground_station import GroundStation
-from hilbench.systems.rover.hands import HANDS, REOPEN
+from hilbench.systems.rover.hands import HANDS, REOPEN, OperatorHands
 from hilbench.systems.rover.observing import RoverObserver
 from hilbench.systems.rover.peer import RoverPeer
 from hilbench.systems.rover.scripted import ScriptedRover
@@ -140,6 +140,11 @@ class AttachedRoverProvider(AttachedProviderBase[RoverPeer, AttachedRoverCase]):
         return frozenset({"PKT!", "server", REOPEN, f"program '{self._profile}'", *reported})
 
     @property
+    def by_hand(self) -> frozenset[str]:
+        """What the operator brings."""
+        return frozenset() if self._shared.operator is None else self._shared.operator.capabilities
+
+    @property
     def _profile(self) -> str:
         """The one of the model on the bench; a bench of boards has the documented rover's."""
         settings = self._shared.bench_file.settings_of(RoverSettings)
@@ -151,7 +156,10 @@ class AttachedRoverProvider(AttachedProviderBase[RoverPeer, AttachedRoverCase]):
     def _make_case(
         self, case: CaseInfo, peer: RoverPeer, reopen: Callable[[], Port], faults: LineFaults | None = None
     ) -> AttachedRoverCase:
-        return AttachedRoverCase(self._bench, case, peer, reopen, faults)
+        hands = None if self._beside is None else OperatorHands(self._beside)
+        if hands is not None and "boot" in case.by_hand:
+            hands.boot(peer)
+        return AttachedRoverCase(self._bench, case, peer, reopen, faults, hands)
 
 
 def foreign_host(shared: Shared) -> FarEnd:

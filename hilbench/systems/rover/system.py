@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from hilbench.plugins.protocol import ClauseEntry
-from hilbench.plugins.system import API, ModelKind, System, VehicleKind
+from hilbench.plugins.system import API, HandRequest, ModelKind, System, VehicleKind
 
 if TYPE_CHECKING:
     from hilbench.bench import Bench
@@ -42,6 +42,19 @@ def _four_wheels() -> VehicleKind:
     )
 
 
+_REQUESTS = {
+    "led": HandRequest(text="is the test LED lit?", capability="led", answers=("lit", "dark")),
+    "hold-wheels": HandRequest(
+        text="hold all four wheels, so that none turns", capability="wheels", undo="release-wheels"
+    ),
+    "release-wheels": HandRequest(text="let go of the wheels", capability="wheels"),
+    "hold-reset": HandRequest(
+        text="press the board's reset button and keep it pressed", capability="boot", undo="release-reset"
+    ),
+    "release-reset": HandRequest(text="let go of the reset button", capability="boot"),
+}
+
+
 class Rover(System):
     """See the module."""
 
@@ -52,6 +65,7 @@ class Rover(System):
     vehicles = MappingProxyType({VEHICLE: _four_wheels})
     speakers = MappingProxyType({"rover": "target"})
     checkers = MappingProxyType({"rover": "host"})
+    hand_requests = MappingProxyType(_REQUESTS)
 
     def models(self) -> Mapping[str, ModelKind]:
         """See `System`."""

@@ -146,7 +146,7 @@ class VirtualVehicleCase(VehicleCase):
 
 
 class AttachedVehicleCase(VehicleCase):
-    """A board that somebody else runs, in real time, at two ports; nobody stands beside it.
+    """A board that somebody else runs, in real time, at two ports.
 
     Args:
         bench: shared by all cases, locked to the host's clock.
@@ -154,6 +154,7 @@ class AttachedVehicleCase(VehicleCase):
         simulator: the checker's end of the simulator's line, settled.
         stack: likewise of the driving stack's.
         faults: what goes wrong on the lines.
+        hands: who stands beside the board; None if nobody does.
     """
 
     def __init__(
@@ -163,8 +164,10 @@ class AttachedVehicleCase(VehicleCase):
         simulator: SimulatorPeer,
         stack: StackPeer,
         faults: LineFaults | None = None,
+        hands: VehicleHands | None = None,
     ) -> None:
         super().__init__(bench, case, faults)
+        self.hands = hands
         self.simulator = simulator
         self.stack = stack
 

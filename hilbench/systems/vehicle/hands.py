@@ -6,19 +6,31 @@ from typing import Protocol
 
 from hilbench.bench import Bench
 from hilbench.bench.devices import LinesActor
+from hilbench.bench.operator import Beside
+from hilbench.errors import InternalError
+from hilbench.judging.verdicts import Violation
 from hilbench.systems.vehicle.simulator_peer import SimulatorPeer
 from hilbench.systems.vehicle.stack_peer import StackPeer
-from protocols.carla import Axis
+from protocols.carla import X_AXIS, Y_AXIS, Axis
 from targets.robots.vehicle_interface import VehicleInterface
 
-__all__ = ["HANDS", "ModelHands", "VehicleBench", "VehicleHands", "stick_code"]
+__all__ = ["HANDS", "ModelHands", "OperatorHands", "VehicleBench", "VehicleHands", "stick_code"]
 
 HANDS = frozenset({"joystick", "lamps", "indicators", "boot", "line errors", "hang"})
 """The capabilities of a bench that has all of them, as the clauses name them."""
 
+BY_HAND_SHARE = 0.05
+"""How far off the joystick may be that a person holds, as a share of its way. A choice."""
+
 
 class VehicleHands(Protocol):
-    """Somebody who stands beside the board."""
+    """Somebody who stands beside the board.
+
+    Attributes:
+        off_share: how far off the joystick may be, as a share of its way; 0 where it is as it was set.
+    """
+
+    off_share: float
 
     def set_joystick(self, x_count: int, y_count: int) -> None:
         """Move the joystick to where the converter reads these counts, 0..65535."""
@@ -37,6 +49,13 @@ class VehicleHands(Protocol):
 
     def lamps(self) -> tuple[bool, bool]:
         """Return whether the left and the right lamp are lit."""
+
+    def blinking(self) -> tuple[bool, bool] | None:
+        """Return which lamps blink, 60 to 120 times a minute; None if it takes several looks at `lamps` to say that.
+
+        Raises:
+            Violation: one blinks otherwise.
+        """
 
     def reset(self) -> None:
         """Press the reset button."""
@@ -69,6 +88,8 @@ class ModelHands:
         board: the board.
         actor: who calls it.
     """
+
+    off_share = 0.0
 
     def __init__(self, bench: Bench, board: VehicleInterface, actor: LinesActor) -> None:
         self._bench = bench
@@ -103,6 +124,9 @@ class ModelHands:
         """See `VehicleHands`."""
         return self._board.lit_lamps(self._bench.now_ns)
 
+    def blinking(self) -> None:
+        """See `VehicleHands`."""
+
     def reset(self) -> None:
         """See `VehicleHands`."""
         self._bench.record("reset", "hands")
@@ -112,6 +136,65 @@ class ModelHands:
         """See `VehicleHands`."""
         self._bench.record("hang", "hands")
         self._actor.transmit(self._board.hang(self._bench.now_ns))
+
+
+class OperatorHands:
+    """At a board at ports, as far as somebody is asked there.
+
+    Args:
+        beside: who is asked.
+    """
+
+    off_share = BY_HAND_SHARE
+
+    def __init__(self, beside: Beside) -> None:
+        self._beside = beside
+
+    def set_joystick(self, x_count: int, y_count: int) -> None:
+        """See `VehicleHands`; a hand finds no other places than rest and the ends."""
+        sides = {X_AXIS.greatest: "to the right", X_AXIS.least: "to the left", X_AXIS.zero: ""}
+        ways = {Y_AXIS.greatest: "forward", Y_AXIS.least: "back", Y_AXIS.zero: ""}
+        place = " and ".join(filter(None, (sides[x_count], ways[y_count])))
+        if place:
+            self._beside.ask("hold-joystick", place)
+        else:
+            self._beside.ask("release-joystick")
+
+    def press(self) -> None:
+        """See `VehicleHands`."""
+        self._beside.ask("press")
+
+    def lights(self) -> frozenset[str]:
+        """See `VehicleHands`."""
+        answer = self._beside.ask("light")
+        return {"none": frozenset[str](), "several": frozenset({"several lights"})}.get(answer, frozenset({answer}))
+
+    def blinking(self) -> tuple[bool, bool]:
+        """See `VehicleHands`."""
+        answer = self._beside.ask("indicators")
+        if answer == "otherwise":
+            raise Violation("a turn indicator blinks neither once nor twice a second")
+        return answer in ("left", "both"), answer in ("right", "both")
+
+    def hold(self) -> None:
+        """See `VehicleHands`; no finger closes a switch without bouncing."""
+        raise InternalError("a clause that needs a switch which does not bounce is not by hand")
+
+    def let_go(self) -> None:
+        """See `VehicleHands`; likewise."""
+        raise InternalError("a clause that needs a switch which does not bounce is not by hand")
+
+    def lamps(self) -> tuple[bool, bool]:
+        """See `VehicleHands`; `blinking` is asked instead."""
+        raise InternalError("nobody looks at lamps fifty times a second")
+
+    def reset(self) -> None:
+        """See `VehicleHands`."""
+        raise InternalError("a clause that begins with power just on is not by hand")
+
+    def hang(self) -> None:
+        """See `VehicleHands`."""
+        raise InternalError("a clause about a program that hangs is not by hand")
 
 
 def stick_code(axis: Axis, share: float) -> int:

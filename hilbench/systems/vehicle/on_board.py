@@ -39,6 +39,8 @@ class BoardHands:
         joystick: the name of the part; empty without one.
     """
 
+    off_share = 0.0
+
     def __init__(self, there: BoardBench, joystick: str) -> None:
         self._there = there
         self._joystick = joystick
@@ -75,6 +77,9 @@ class BoardHands:
         """See `VehicleHands`."""
         left, right = (self._there.board.pin(pin).level is True for pin in LAMPS)
         return left, right
+
+    def blinking(self) -> None:
+        """See `VehicleHands`."""
 
     def reset(self) -> None:
         """See `VehicleHands`."""

@@ -39,7 +39,7 @@ from hilbench.systems.vehicle.cases import (
     make_vehicle,
     open_car_host,
 )
-from hilbench.systems.vehicle.hands import HANDS
+from hilbench.systems.vehicle.hands import HANDS, OperatorHands
 from hilbench.systems.vehicle.observing import VehicleObserver
 from hilbench.systems.vehicle.simulator_peer import BoardPeer, SimulatorPeer
 from hilbench.systems.vehicle.stack_peer import StackPeer
@@ -231,6 +231,11 @@ class AttachedVehicleProvider(LockedProvider):
         return frozenset({"CARLA", "board", "stack", f"program '{self._profile}'"})
 
     @property
+    def by_hand(self) -> frozenset[str]:
+        """What the operator brings."""
+        return frozenset() if self._shared.operator is None else self._shared.operator.capabilities
+
+    @property
     def _profile(self) -> str:
         """The one of the model on the bench; a bench of boards has the hardened one."""
         settings = self._shared.bench_file.settings_of(VehicleSettings)
@@ -258,11 +263,13 @@ class AttachedVehicleProvider(LockedProvider):
         """Settle the board and hand it to one case."""
         peers = self._opened()
         self._await_return(peers)
+        beside = self._operator_for(case)
         run_hook(self._bench, peers[0].port, "reset", self._shared.bench_file.port.reset)
         self._settle()
         with contextlib.ExitStack() as opened:
             faults = self._strike(case, peers, opened)
-            yield AttachedVehicleCase(self._bench, case, *peers, faults)
+            hands = None if beside is None else OperatorHands(beside)
+            yield AttachedVehicleCase(self._bench, case, *peers, faults, hands)
 
     def close(self) -> None:
         """Leave the board in manual mode, if that can be done; close everything."""

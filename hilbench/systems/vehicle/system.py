@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from hilbench.errors import UsageError
 from hilbench.plugins.protocol import ClauseEntry
-from hilbench.plugins.system import API, ModelKind, System, VehicleKind
+from hilbench.plugins.system import API, HandRequest, ModelKind, System, VehicleKind
 
 if TYPE_CHECKING:
     from hilbench.bench import Bench
@@ -43,6 +43,25 @@ def _car() -> VehicleKind:
     )
 
 
+_REQUESTS = {
+    "press": HandRequest(text="press the joystick's button once and let go of it", capability="joystick"),
+    "hold-joystick": HandRequest(
+        text="push the joystick {} as far as it goes and hold it there", capability="joystick", undo="release-joystick"
+    ),
+    "release-joystick": HandRequest(text="let go of the joystick", capability="joystick"),
+    "light": HandRequest(
+        text="which of the board's lights is lit?",
+        capability="lamps",
+        answers=("green", "amber", "red", "none", "several"),
+    ),
+    "indicators": HandRequest(
+        text="which turn indicators blink, once or twice a second?",
+        capability="indicators",
+        answers=("left", "right", "both", "none", "otherwise"),
+    ),
+}
+
+
 class Vehicle(System):
     """See the module."""
 
@@ -51,6 +70,7 @@ class Vehicle(System):
     title = "Vehicle"
     summary = "an autonomous car's vehicle-interface board between its simulator and its driving stack"
     vehicles = MappingProxyType({CAR: _car})
+    hand_requests = MappingProxyType(_REQUESTS)
 
     def models(self) -> Mapping[str, ModelKind]:
         """See `System`."""

@@ -31,6 +31,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(TASK,),
         profiles=ALL,
         needs=(*STICK, "lamps"),
+        by_hand=True,
     ),
     Clause(
         id="VB09",
@@ -41,6 +42,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(TASK,),
         profiles=ALL,
         needs=STICK,
+        by_hand=True,
     ),
     Clause(
         id="VB10",
@@ -51,6 +53,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{TASK}: the flag is taken, no branch is for EMERGENCY",),
         profiles=ALL,
         needs=STICK,
+        by_hand=True,
     ),
     Clause(
         id="VB11",

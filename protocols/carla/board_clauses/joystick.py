@@ -15,6 +15,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{TASK}: -fJoyXAxis",),
         profiles=ALL,
         needs=STICK,
+        by_hand=True,
     ),
     Clause(
         id="VB16",

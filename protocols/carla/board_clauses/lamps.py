@@ -19,6 +19,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{REPORT}: lights and indicators are required", f"{CHOICE}: UN Regulation 6, 60 to 120 a minute"),
         profiles=HARDENED,
         needs=("board", "stack", "indicators"),
+        by_hand=True,
     ),
     Clause(
         id="VB54",
@@ -29,5 +30,6 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(TASK, REPORT),
         profiles=ALL,
         needs=("board", "stack", "lamps"),
+        by_hand=True,
     ),
 )

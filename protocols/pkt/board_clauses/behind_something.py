@@ -16,6 +16,7 @@ CLAUSES: tuple[Clause, ...] = (
         profiles=SHIPPED,
         twin="P11D",
         needs=("server", "led"),
+        by_hand=True,
     ),
     Clause(
         id="P11D",
@@ -29,6 +30,7 @@ CLAUSES: tuple[Clause, ...] = (
         ),
         profiles=DOCUMENTED,
         needs=("server", "led"),
+        by_hand=True,
     ),
     Clause(
         id="P12",

@@ -30,6 +30,7 @@ CLAUSES: tuple[Clause, ...] = (
         profiles=SHIPPED,
         twin="P02D",
         needs=("server", "led"),
+        by_hand=True,
     ),
     Clause(
         id="P02D",
@@ -43,6 +44,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{DOCUMENT}, 0x81", f"{MANUAL}, 0x81"),
         profiles=("documented", "term-doc"),
         needs=("server", "led"),
+        by_hand=True,
     ),
     Clause(
         id="P03",

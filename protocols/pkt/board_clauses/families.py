@@ -1,9 +1,9 @@
-"""Families of stimuli: every bit of a CRC, every size of a payload, every byte at every place; and reserved bytes."""
+"""Families of stimuli: every bit of a CRC, every size, every byte at every place, each moment; reserved bytes."""
 
 from __future__ import annotations
 
 from protocols.pkt.board_clauses._common import ALL, DOCUMENTED, LEN, SUITE
-from protocols.pkt.clause import CHOICE, DECODER, DOCUMENT, G0, G2, G2_MOTORS, MANUAL, Clause
+from protocols.pkt.clause import CHOICE, DECODER, DOCUMENT, G0, G2, G2_CONFIG, G2_MOTORS, MANUAL, SERIAL, Clause
 
 CLAUSES: tuple[Clause, ...] = (
     Clause(
@@ -133,5 +133,36 @@ CLAUSES: tuple[Clause, ...] = (
         ),
         profiles=LEN,
         needs=("server", "reopen"),
+    ),
+    Clause(
+        id="P81",
+        suite=SUITE,
+        level="must",
+        title="Two commands at once are taken in their order",
+        text=(
+            "Two of REQUEST_TMY, LED_ON, LED_OFF, 0x03, 0x04 and 0x05 without a gap, in each order, and each twice: "
+            "both are accepted and followed by their 0x81 in this order, a request is answered, and the later command "
+            "of the motors is what 0x83 shows."
+        ),
+        sources=(SERIAL, f"{G2} handle_packet: each packet when it is complete"),
+        profiles=DOCUMENTED,
+        needs=("server",),
+    ),
+    Clause(
+        id="P82",
+        suite=SUITE,
+        level="must",
+        title="Each command is taken late, and none of which the end is late",
+        text=(
+            "1.2 s behind the last frame, when link and motors have been stopped, REQUEST_TMY, LED_ON, LED_OFF, 0x03, "
+            "0x04 or 0x05 is taken as ever, and but by 0x03 and 0x04 no motor runs again. Cut behind any of its bytes "
+            "and ended 1.2 s later it is not; whole behind that it is."
+        ),
+        sources=(
+            f"{G2} handle_connection_lost, its comment: on a lost connection switch the vehicle off at once",
+            f"{G2_CONFIG} HEARTBEAT_TIMEOUT_IN_MS, PACKET_TIMEOUT_IN_MS",
+        ),
+        profiles=DOCUMENTED,
+        needs=("server",),
     ),
 )

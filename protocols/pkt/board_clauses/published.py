@@ -16,6 +16,7 @@ CLAUSES: tuple[Clause, ...] = (
         profiles=G2_ALONE,
         twin="P44D",
         needs=("server", "led"),
+        by_hand=True,
     ),
     Clause(
         id="P44D",
@@ -26,6 +27,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{MANUAL}, 0x01 and 0x02",),
         profiles=DOCUMENTED,
         needs=("server", "led"),
+        by_hand=True,
     ),
     Clause(
         id="P45",
@@ -40,6 +42,7 @@ CLAUSES: tuple[Clause, ...] = (
         profiles=G2_ALONE,
         twin="P45D",
         needs=("server", "wheels"),
+        by_hand=True,
     ),
     Clause(
         id="P45D",
@@ -53,6 +56,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{MANUAL}, chapter on the PID controller: the output is limited", CHOICE + " what the sum does then"),
         profiles=DOCUMENTED,
         needs=("server", "wheels"),
+        by_hand=True,
     ),
     Clause(
         id="P46",
@@ -67,6 +71,7 @@ CLAUSES: tuple[Clause, ...] = (
         profiles=G2_ALONE,
         twin="P46D",
         needs=("server", "wheels"),
+        by_hand=True,
     ),
     Clause(
         id="P46D",
@@ -80,6 +85,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE + ": a motor that was stopped by hand should not begin with an old sum",),
         profiles=DOCUMENTED,
         needs=("server", "wheels"),
+        by_hand=True,
     ),
     Clause(
         id="P47",

@@ -100,6 +100,7 @@ CLAUSES: tuple[Clause, ...] = (
         profiles=G2_ALONE,
         twin="P43D",
         needs=("server", "boot"),
+        by_hand=True,
     ),
     Clause(
         id="P43D",
@@ -110,5 +111,6 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{MANUAL}, 0x83",),
         profiles=DOCUMENTED,
         needs=("server", "boot"),
+        by_hand=True,
     ),
 )

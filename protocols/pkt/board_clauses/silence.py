@@ -118,6 +118,7 @@ CLAUSES: tuple[Clause, ...] = (
         profiles=DOCUMENTED,
         needs=("server", "duty", "wheels"),
         stand_ins=BY_REPORT,
+        by_hand=True,
     ),
     Clause(
         id="P80",
@@ -173,5 +174,6 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(DOCUMENT, f"{G2} handle_packet, send_general_tmy_report"),
         profiles=DOCUMENTED,
         needs=("server", "boot"),
+        by_hand=True,
     ),
 )

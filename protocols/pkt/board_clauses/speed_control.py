@@ -18,6 +18,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{MANUAL}, chapter on the PID controller", f"{G2_PID} process", f"{G2_MOTORS} update"),
         profiles=V2,
         needs=("server", "wheels"),
+        by_hand=True,
     ),
     Clause(
         id="P29",
@@ -54,6 +55,7 @@ CLAUSES: tuple[Clause, ...] = (
         profiles=G2_ALONE,
         twin="P38D",
         needs=("server", "wheels"),
+        by_hand=True,
     ),
     Clause(
         id="P38D",
@@ -67,6 +69,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{MANUAL}, 0x05 and the listing of config_pid_controller", f"{G2_PID} process"),
         profiles=DOCUMENTED,
         needs=("server", "wheels"),
+        by_hand=True,
     ),
     Clause(
         id="P63",
@@ -82,5 +85,6 @@ CLAUSES: tuple[Clause, ...] = (
         profiles=V2,
         needs=("server", "wheels"),
         stand_ins=BY_REPORT,
+        by_hand=True,
     ),
 )

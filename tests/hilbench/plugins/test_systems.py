@@ -54,6 +54,14 @@ def refused(hilbench, tmp_path):
         ("def models(self): return {'other': KIND}", "call it 'turn' or 'turn-...'"),
         ("api = 7", "was written for api 7, and this hilbench has 1"),
         ("speakers = ['turn']", "turn.py: speakers is no mapping of names"),
+        ("hand_requests = {'press': 'press it'}", "hand_requests is no mapping of names to HandRequests"),
+        (
+            """
+            from hilbench.plugins.system import HandRequest
+            hand_requests = {'hold': HandRequest(text='hold it', capability='x', undo='let go')}
+            """,
+            "its request 'hold' is undone by 'let go', which is none",
+        ),
     ],
 )
 def test_a_record_that_is_wrong_is_named(refused, body, said):

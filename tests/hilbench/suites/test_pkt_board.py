@@ -19,7 +19,7 @@ from hilbench.check.bench_provider import make_provider
 from hilbench.journal import Journal
 from hilbench.judging.uncertainty import OfTimes
 from hilbench.links import Line, PtyDoor
-from hilbench.suites._rover import EVER_LATER
+from hilbench.suites._rover import EVER_LATER, Rover
 from hilbench.terminal.options import TargetChoice
 from measure.mutants.defects_page import killers
 from measure.mutants.each_its_own import judge, one_for_each
@@ -66,6 +66,15 @@ def test_the_rover_passes_in_every_profile():
     report = run(None)
     assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
     assert report.exit_code == 0
+
+
+@pytest.mark.exhaustive("four minutes of bench time; the gate has what the seed draws")
+def test_the_rover_passes_with_each_member_of_its_sequences():
+    try_members = Rover.try_members
+    with patch.object(Rover, "try_members", lambda *args, budget: try_members(*args, budget=10 * budget * budget)):
+        report = run(None, "P81 or P82")
+    assert {case.id: case.cause for case in report.cases if case.verdict is not Verdict.PASS} == {}
+    assert all(one.tried == one.members for case in report.cases for one in case.families)
 
 
 def test_two_runs_are_the_same(report):
