@@ -488,12 +488,11 @@ DEFECTS = (
     _stream("a buffer in use may be moved", "8.3.11", "what == (r[CR] & CT ? M1AR : M0AR)", "false"),
     _stream("FS is not shown", "8.5.10", "| status << FS", "| 0u << FS"),
     _stream("an overwritten item is not flagged", "8.3.18", "    stream->happened |= DMEIF;", "    ;"),
-    Defect(
-        "every request is heard",
-        "RM0433 17.3.1",
-        "dma_stream.c",
-        "heard_by &= (uint16_t)~bit",
-        "heard_by &= (uint16_t)~0u",
+    _stream(
+        "the first request of a channel alone",
+        "8.3.3",
+        "stream->selected[each] = lines[each];",
+        "stream->selected[each] = lines[0];",
     ),
     Defect("a request taken back is served", "RM0410 8.3.3", "requests.c", "line->once && level", "line->once"),
     Defect(
