@@ -143,7 +143,7 @@ class SuiteScreen(_Dialog[tuple[str, str]]):
         """Ask."""
         with Vertical(classes="dialog"):
             yield Label("Run which suite? On a fresh bench; the live one goes on meanwhile.")
-            yield Input(self._select, id="select", placeholder="only these, as of -k: P24D or watchdog; empty: all")
+            yield Input(self._select, id="select", placeholder="only these, as of -k: clauses or words; empty: all")
             yield OptionList(*(Option(suite, id=suite) for suite in self._suites), id="suites")
 
     def on_mount(self) -> None:
