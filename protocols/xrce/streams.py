@@ -90,7 +90,7 @@ class ReliableOutput:
         Raises:
             StreamFullError: those that would have to wait are too many bytes; none is taken then.
         """
-        free = 0 if self._waiting else self._options.window - len(self._sent)
+        free = self._options.window - len(self._sent)
         waiting = self._waiting_bytes + sum(map(len, bodies[free:]))
         if waiting > self._options.max_queued:
             raise StreamFullError(
@@ -225,9 +225,7 @@ class Fragments:
             RemoteProtocolError: this was the last piece of one that is too long.
         """
         self._too_long |= len(self._pieces) + len(data) > self._most
-        if self._too_long:
-            self._pieces.clear()
-        else:
+        if not self._too_long:
             self._pieces += data
         if not last:
             return None

@@ -272,6 +272,59 @@ def test_reset_begins_all_streams_anew(line):
     assert len(pair.of(xrce.StreamsReset)) == 2
 
 
+def test_nothing_of_old_streams_is_handed_on_behind_a_reset():
+    agent = open_agent()
+    assert len(said_in(agent.receive(frame(xrce.WriteData(**IDS, data=b"1"), stream_id=0x80, sequence=1), 1))) == 1
+    events = agent.receive(frame(xrce.Reset(), stream_id=0x80), 2)
+    assert events == [xrce.StreamsReset()]
+
+
+def test_nothing_is_handed_on_behind_the_end_of_a_session():
+    agent = open_agent()
+    both = xrce.pack_submessages(
+        map(
+            xrce.encode_submessage,
+            [xrce.Delete(request_id=2, object_id=xrce.OBJECT_CLIENT), xrce.WriteData(**IDS, data=b"")],
+        )
+    )
+    header = xrce.Header(session_id=0x81, stream_id=0x80)
+    events = agent.receive(xrce.encode_frame(xrce.encode_message(header, both)), 1)
+    assert [said for _, (said,) in said_in(events)] == [
+        xrce.StatusReply(request_id=2, object_id=xrce.OBJECT_CLIENT, status=Status.OK)
+    ]
+    assert not any(isinstance(event, xrce.Received) for event in events)
+
+
+def test_the_end_of_a_session_is_waited_for_and_no_other_answer():
+    client = client_of()
+    client.connect(0)
+    client.receive(frame(xrce.StatusAgent(status=Status.OK, agent=xrce.Agent())), 0)
+    client.disconnect(1)
+    client.receive(frame(xrce.StatusReply(**IDS, status=Status.OK)), 2)
+    assert client.state is ClientState.CLOSING
+    client.advance(30 * SECOND)
+    assert client.state is ClientState.CLOSED
+    events = client.connect(31 * SECOND) + client.advance(60 * SECOND)
+    assert len(said_in(events)) == 10
+
+
+def test_a_client_says_what_it_has_and_how_much_it_takes():
+    client = client_of(properties=(("a", "b"),), frames=xrce.FramingOptions(max_payload=100))
+    ((_, (said,)),) = said_in(client.connect(0))
+    assert (said.client.properties, said.client.mtu, client.mtu) == ((("a", "b"),), 100, 100)
+
+
+def test_a_message_may_be_as_long_as_the_mtu():
+    agent = open_agent(mtu=100)
+    for stream_id in (1, 0x80):
+        data = agent.send(xrce.TopicData(**IDS, data=bytes(100 - 4 - 4 - 4)), 1, stream_id=stream_id)
+        assert [len(one.payload) for one in xrce.FrameReader().receive(data)] == [100]
+    data = agent.send(xrce.TopicData(**IDS, data=bytes(100 - 4 - 4 - 4 + 1)), 1)
+    assert [len(one.payload) for one in xrce.FrameReader().receive(data)] == [100, 4 + 4 + 5]
+    small = open_agent(frames=xrce.FramingOptions(max_payload=100))
+    assert small.mtu == 100
+
+
 def test_a_silent_client_is_lost_where_that_is_wanted(line):
     pair = line(silence_s=2.0)
     pair.connect()
