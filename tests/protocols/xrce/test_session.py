@@ -308,6 +308,20 @@ def test_the_end_of_a_session_is_waited_for_and_no_other_answer():
     assert len(said_in(events)) == 10
 
 
+def test_a_line_that_goes_down_leaves_nothing_of_a_frame():
+    agent = open_agent()
+    assert agent.receive(frame(xrce.WriteData(**IDS, data=b"1"))[:9], 1) == []
+    dropped, *_, closed = agent.line_down(2)
+    assert (dropped.reason, len(dropped.data)) == (xrce.DropReason.CUT_SHORT, 9)
+    assert closed == xrce.SessionClosed(reason=CloseReason.LINE_DOWN)
+
+
+def test_what_is_sent_waits_for_its_heartbeat_from_then_on():
+    agent = open_agent()
+    agent.send(xrce.TopicData(**IDS, data=b""), SECOND)
+    assert agent.next_deadline_ns() == SECOND + 100 * MS
+
+
 def test_a_client_says_what_it_has_and_how_much_it_takes():
     client = client_of(properties=(("a", "b"),), frames=xrce.FramingOptions(max_payload=100))
     ((_, (said,)),) = said_in(client.connect(0))
