@@ -15,7 +15,7 @@ from collections import deque
 from collections.abc import Iterator
 
 from protocols.xrce.codes import is_reliable
-from protocols.xrce.errors import RemoteProtocolError, StreamFullError
+from protocols.xrce.errors import LocalProtocolError, RemoteProtocolError, StreamFullError
 from protocols.xrce.options import StreamOptions
 from protocols.xrce.sequence import BEFORE_FIRST, after, ahead, is_newer
 from protocols.xrce.submessages import AckNack, Heartbeat
@@ -88,14 +88,18 @@ class ReliableOutput:
         """Takes messages, to be sent by `sendable`.
 
         Raises:
+            LocalProtocolError: even an empty stream could not take them; none is taken then.
             StreamFullError: those that would have to wait are too many bytes; none is taken then.
         """
+        most, at_least = self._options.max_queued, sum(map(len, bodies[self._options.window :]))
+        if at_least > most:
+            raise LocalProtocolError(f"{at_least} bytes would wait where {most} may, however empty the stream is")
         free = self._options.window - len(self._sent)
         waiting = self._waiting_bytes + sum(map(len, bodies[free:]))
-        if waiting > self._options.max_queued:
+        if waiting > most:
             raise StreamFullError(
                 f"stream {self._stream_id:#04x} has {self.unacknowledged} messages unacknowledged; {waiting} bytes "
-                f"would wait where {self._options.max_queued} may"
+                f"would wait where {most} may"
             )
         self._waiting.extend(bodies)
         self._waiting_bytes += sum(map(len, bodies))

@@ -115,7 +115,7 @@ def test_a_client_with_properties_says_a_length_without_them():
         (xrce.Client(client_key=KEY, session_id=0x81, cookie=b"XRCF"), Status.INVALID_DATA),
         (xrce.Client(client_key=bytes(4), session_id=0x81), Status.INVALID_DATA),
         (xrce.Client(client_key=KEY, session_id=0x80), Status.INVALID_DATA),
-        (xrce.Client(client_key=KEY, session_id=0x81, mtu=31), Status.INVALID_DATA),
+        (xrce.Client(client_key=KEY, session_id=0x81, mtu=35), Status.INVALID_DATA),
         (xrce.Client(client_key=KEY, session_id=0x81, version=b"\2\0"), Status.INCOMPATIBLE),
     ],
 )
@@ -455,7 +455,9 @@ def test_misuse_changes_nothing():
         lambda: ClientOptions(client_key=bytes(4)),
         lambda: ClientOptions(client_key=b"123"),
         lambda: ClientOptions(client_key=KEY, session_id=0x80),
-        lambda: ClientOptions(client_key=KEY, mtu=31),
+        lambda: ClientOptions(client_key=KEY, mtu=35),
+        lambda: ClientOptions(client_key=KEY, frames=xrce.FramingOptions(max_payload=35)),
+        lambda: xrce.AgentOptions(frames=xrce.FramingOptions(max_payload=35)),
         lambda: ClientOptions(client_key=KEY, attempts=0),
         lambda: xrce.AgentOptions(silence_s=0.0),
         lambda: xrce.StreamOptions(window=17),
@@ -478,6 +480,29 @@ def test_a_submessage_of_the_wrong_end_or_outside_of_a_session_is_nobodys_busine
     assert agent.counters.misplaced == 6
     fragment = frame(xrce.Fragment(data=b"", last=True), session_id=0x80, stream_id=0x80)
     assert [type(event) for event in agent.receive(fragment, 1)] == [xrce.Senseless]
+
+
+def test_a_stream_that_cannot_be_is_refused_before_anything_is_taken():
+    agent = open_agent()
+    for stream_id in (-1, 256):
+        with pytest.raises(xrce.LocalProtocolError, match=f"stream_id {stream_id}"):
+            agent.send(xrce.TopicData(**IDS, data=b""), 1, stream_id=stream_id)
+    assert (agent.unacknowledged, agent.next_deadline_ns()) == (0, None)
+
+
+def test_the_longest_answer_fits_the_shortest_message():
+    """An agent never has an answer that it cannot put in a frame."""
+    agent = Session(Role.AGENT, xrce.AgentOptions(mtu=36, frames=xrce.FramingOptions(max_payload=36)))
+    asked = xrce.Client(client_key=KEY, session_id=0x01, mtu=36)
+    agent.receive(frame(xrce.CreateClient(client=asked), session_id=0x00, key=KEY), 0)
+    asked = frame(xrce.Timestamp(transmit=xrce.Time()), session_id=0x01, key=KEY)
+    ((_, (said,)),) = said_in(agent.receive(asked, 0))
+    assert isinstance(said, xrce.TimestampReply)
+
+
+def test_properties_that_no_message_holds_are_refused_at_once():
+    with pytest.raises(xrce.LocalProtocolError, match="longer than 100"):
+        client_of(properties=(("a", "b" * 100),), frames=xrce.FramingOptions(max_payload=100))
 
 
 def test_request_ids_begin_behind_the_reserved_ones():

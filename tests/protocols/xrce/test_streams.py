@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from protocols.xrce import AckNack, Heartbeat, RemoteProtocolError, StreamFullError, StreamOptions
+from protocols.xrce import AckNack, Heartbeat, LocalProtocolError, RemoteProtocolError, StreamFullError, StreamOptions
 from protocols.xrce.sequence import after, ahead, is_newer
 from protocols.xrce.streams import Fragments, ReliableInput, ReliableOutput
 from tests.each import each
@@ -54,6 +54,13 @@ def test_what_may_wait_is_limited():
     assert [number for number, _ in output.sendable(0)] == [2]
     missing = output.acknowledge(AckNack(first_unacked=1, nack_bitmap=0b11, stream_id=0x80), 0)
     assert missing == [(1, bytes(5)), (2, bytes(5))]
+
+
+def test_what_would_never_fit_is_not_to_be_offered_again():
+    output = ReliableOutput(0x80, StreamOptions(window=2, max_queued=10))
+    with pytest.raises(LocalProtocolError, match="15 bytes would wait where 10 may, however empty") as caught:
+        output.push([bytes(5)] * 5)
+    assert not isinstance(caught.value, StreamFullError)
 
 
 def test_the_first_unacknowledged_message_says_when_a_heartbeat_is_due():
