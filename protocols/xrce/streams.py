@@ -3,7 +3,8 @@
 A reliable stream numbers its messages. The sender keeps what is not acknowledged, at most a window of it, says in
 HEARTBEAT from where to where that is, and sends again what an ACKNACK names as missing. The receiver hands on message
 after message without a gap; what comes too early it keeps, what comes again it drops. It answers each message and each
-HEARTBEAT with an ACKNACK, as eProsima's client and agent do (OMG DDS-XRCE 1.0, 8.4; session.c, Processor.cpp).
+HEARTBEAT with an ACKNACK, as eProsima's client and agent do (session.c, Processor.cpp); in the specification (OMG
+DDS-XRCE 1.0, 8.4.14) only a HEARTBEAT is answered.
 
 Bodies are what stands behind the header of a message. None of this knows bytes on a line or what submessages mean, but
 for FRAGMENT.
