@@ -46,6 +46,7 @@ class ClientMachine(Machine):
         self.session_id = options.session_id
         self.client_key = options.client_key
         self._attempts = 0
+        self.unnumbered(CreateClient(client=self._client()))  # raises here what could not be sent later
         self._agent = Agent()
         self._status: Status | None = None
         self._in_session = False

@@ -1,7 +1,8 @@
 """CRC-16/ARC: polynomial 8005 hex, reflected (A001), begins with 0, nothing turned over at the end.
 
-It is that of the serial stream of Micro XRCE-DDS (eProsima/Micro-XRCE-DDS-Client,
-src/c/profile/transport/stream_framing/stream_framing_protocol.c, `uxr_update_crc`), over the payload alone, before
+The specification (OMG DDS-XRCE 1.0, Annex C.1.1.6) wants the CRC of RFC 1662 over addresses, length and payload. This
+is what clients and agents in use have instead, that of Micro XRCE-DDS (eProsima/Micro-XRCE-DDS-Client,
+src/c/profile/transport/stream_framing/stream_framing_protocol.c, `uxr_update_crc`): over the payload alone, before
 escaping, low byte first on the wire.
 """
 

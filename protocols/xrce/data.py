@@ -1,8 +1,8 @@
-"""Data as they travel in WRITE_DATA and DATA, in the five formats.
+"""Data as they travel in WRITE_DATA and DATA, in the five formats (OMG DDS-XRCE 1.0, 7.7.2 and Annex B.3 and B.5).
 
 A format is named by the flags of the submessage. Plain data, all that eProsima's clients and agents send, are the rest
-of the submessage as it stands: bytes. In the other formats each sample has a length of its own before it, which is our
-reading of SampleData (OMG DDS-XRCE 1.0, 7.7 and dds_xrce_types.idl); no client in use was seen to send these.
+of the submessage as it stands: bytes. No sample has a length of its own, in no format: where one ends and the next
+begins knows only who knows its type. So of several samples there is their count, and the bytes of all of them.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from protocols.xrce import wire
 from protocols.xrce.cdr.stream import CdrReader, CdrWriter
 from protocols.xrce.codes import DataFormat
 from protocols.xrce.errors import RemoteProtocolError
-from protocols.xrce.wire import Codec, Record, Sequence
+from protocols.xrce.wire import Codec, Record
 
 __all__ = [
     "DATA_LAYOUTS",
@@ -23,7 +23,6 @@ __all__ = [
     "DataSequence",
     "PackedSamples",
     "Sample",
-    "SampleDelta",
     "SampleInfo",
     "SampleSequence",
     "format_of",
@@ -57,41 +56,43 @@ class Sample:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DataSequence:
-    """Several samples."""
+    """Several samples, one behind the other.
 
-    items: tuple[bytes, ...]
+    Attributes:
+        count: how many.
+        data: all of them.
+    """
+
+    count: int
+    data: bytes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SampleSequence:
-    """Several samples with what is said of each."""
-
-    items: tuple[Sample, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SampleDelta:
-    """A sample beside a base.
+    """Several samples, each behind its SampleInfo.
 
     Attributes:
-        state: bits of `InstanceState`.
-        sequence_delta: to the base's number.
-        time_delta_ds: to the base's time, in tenths of a second.
-        data: the sample.
+        count: how many.
+        data: all of them, with what is said of each.
     """
 
-    state: int
-    sequence_delta: int
-    time_delta_ds: int
+    count: int
     data: bytes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PackedSamples:
-    """Several samples beside one base."""
+    """Several samples beside one base, each behind its SampleInfoDelta.
+
+    Attributes:
+        base: what the deltas are added to.
+        count: how many.
+        data: all of them, with their deltas (state, difference of the number, of the time in tenths of a second).
+    """
 
     base: SampleInfo
-    deltas: tuple[SampleDelta, ...]
+    count: int
+    data: bytes
 
 
 Data = bytes | Sample | DataSequence | SampleSequence | PackedSamples
@@ -120,16 +121,15 @@ class _Info(Codec):
 
 
 _INFO = _Info()
-_SAMPLE = Record(Sample, info=_INFO, data=wire.BLOB)
-_DELTA = Record(SampleDelta, state=wire.U8, sequence_delta=wire.U8, time_delta_ds=wire.U16, data=wire.BLOB)
+_MANY = {"count": wire.U32, "data": wire.REST}
 
 DATA_LAYOUTS = MappingProxyType(
     {
         DataFormat.DATA: wire.REST,
-        DataFormat.SAMPLE: _SAMPLE,
-        DataFormat.DATA_SEQ: Record(DataSequence, items=Sequence(wire.BLOB)),
-        DataFormat.SAMPLE_SEQ: Record(SampleSequence, items=Sequence(_SAMPLE)),
-        DataFormat.PACKED_SAMPLES: Record(PackedSamples, base=_INFO, deltas=Sequence(_DELTA)),
+        DataFormat.SAMPLE: Record(Sample, info=_INFO, data=wire.REST),
+        DataFormat.DATA_SEQ: Record(DataSequence, **_MANY),
+        DataFormat.SAMPLE_SEQ: Record(SampleSequence, **_MANY),
+        DataFormat.PACKED_SAMPLES: Record(PackedSamples, base=_INFO, **_MANY),
     }
 )
 """How each format is laid out."""

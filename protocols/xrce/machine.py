@@ -259,7 +259,7 @@ class Machine(StateMachine[State, Trigger, Action, Timer, Event, Counters]):
             StreamFullError: they would have to wait, and too much waits already.
         """
         body = pack_submessages(map(encode_submessage, submessages))
-        room = self.mtu - self.header().size
+        room = self.mtu - self.header(stream_id).size
         if is_reliable(stream_id):
             output = self.streams.reliable_output(stream_id)
             output.push([body] if len(body) <= room else list(_fragments(body, room - _SUBHEADER_BYTES)))

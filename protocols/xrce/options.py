@@ -13,8 +13,8 @@ __all__ = ["LEAST_MTU", "AgentOptions", "ClientOptions", "FramingOptions", "Stre
 _MOST = 0xFFFF
 _BITMAP_BITS = 16
 _KEY_BYTES = 4
-LEAST_MTU = 32
-"""Bytes of the shortest message that a session can do with: CREATE_CLIENT, and fragments of some use."""
+LEAST_MTU = 36
+"""Bytes of the shortest message that a session can do with: TIMESTAMP_REPLY with a client key in the header."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,9 +72,10 @@ class StreamOptions:
             raise LocalProtocolError(f"window {self.window} is not 1..{_BITMAP_BITS}")
 
 
-def _check_mtu(mtu: int) -> None:
-    if not LEAST_MTU <= mtu <= _MOST:
-        raise LocalProtocolError(f"mtu {mtu} is not {LEAST_MTU}..{_MOST}")
+def _check_lengths(mtu: int, frames: FramingOptions) -> None:
+    for name, length in (("mtu", mtu), ("max_payload", frames.max_payload)):
+        if not LEAST_MTU <= length <= _MOST:
+            raise LocalProtocolError(f"{name} {length} is not {LEAST_MTU}..{_MOST}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,7 +109,7 @@ class ClientOptions:
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
         check_positive(LocalProtocolError, self, ("attempts", "retry_s"))
-        _check_mtu(self.mtu)
+        _check_lengths(self.mtu, self.frames)
         if len(self.client_key) != _KEY_BYTES or not any(self.client_key):
             raise LocalProtocolError(f"client_key {self.client_key.hex()} is not 4 bytes that are not all 0")
         if not 0 <= self.session_id <= 0xFF or self.session_id in (NO_SESSION, NO_SESSION_WITH_KEY):
@@ -136,4 +137,4 @@ class AgentOptions:
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
         check_positive(LocalProtocolError, self, ("silence_s",))
-        _check_mtu(self.mtu)
+        _check_lengths(self.mtu, self.frames)

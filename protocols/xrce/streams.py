@@ -3,7 +3,8 @@
 A reliable stream numbers its messages. The sender keeps what is not acknowledged, at most a window of it, says in
 HEARTBEAT from where to where that is, and sends again what an ACKNACK names as missing. The receiver hands on message
 after message without a gap; what comes too early it keeps, what comes again it drops. It answers each message and each
-HEARTBEAT with an ACKNACK, as eProsima's client and agent do (OMG DDS-XRCE 1.0, 8.4; session.c, Processor.cpp).
+HEARTBEAT with an ACKNACK, as eProsima's client and agent do (session.c, Processor.cpp); in the specification (OMG
+DDS-XRCE 1.0, 8.4.14) only a HEARTBEAT is answered.
 
 Bodies are what stands behind the header of a message. None of this knows bytes on a line or what submessages mean, but
 for FRAGMENT.
@@ -15,7 +16,7 @@ from collections import deque
 from collections.abc import Iterator
 
 from protocols.xrce.codes import is_reliable
-from protocols.xrce.errors import RemoteProtocolError, StreamFullError
+from protocols.xrce.errors import LocalProtocolError, RemoteProtocolError, StreamFullError
 from protocols.xrce.options import StreamOptions
 from protocols.xrce.sequence import BEFORE_FIRST, after, ahead, is_newer
 from protocols.xrce.submessages import AckNack, Heartbeat
@@ -88,14 +89,18 @@ class ReliableOutput:
         """Takes messages, to be sent by `sendable`.
 
         Raises:
+            LocalProtocolError: even an empty stream could not take them; none is taken then.
             StreamFullError: those that would have to wait are too many bytes; none is taken then.
         """
-        free = 0 if self._waiting else self._options.window - len(self._sent)
+        most, at_least = self._options.max_queued, sum(map(len, bodies[self._options.window :]))
+        if at_least > most:
+            raise LocalProtocolError(f"{at_least} bytes would wait where {most} may, however empty the stream is")
+        free = self._options.window - len(self._sent)
         waiting = self._waiting_bytes + sum(map(len, bodies[free:]))
-        if waiting > self._options.max_queued:
+        if waiting > most:
             raise StreamFullError(
                 f"stream {self._stream_id:#04x} has {self.unacknowledged} messages unacknowledged; {waiting} bytes "
-                f"would wait where {self._options.max_queued} may"
+                f"would wait where {most} may"
             )
         self._waiting.extend(bodies)
         self._waiting_bytes += sum(map(len, bodies))
@@ -225,9 +230,7 @@ class Fragments:
             RemoteProtocolError: this was the last piece of one that is too long.
         """
         self._too_long |= len(self._pieces) + len(data) > self._most
-        if self._too_long:
-            self._pieces.clear()
-        else:
+        if not self._too_long:
             self._pieces += data
         if not last:
             return None

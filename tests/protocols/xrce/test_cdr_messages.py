@@ -29,6 +29,7 @@ FILES = {
     "demo/Mixed": "uint8 a\nfloat64 b\nuint16 c\nbool d true",
     "demo/Texts": "string one\nstring<=3 two 'abc'\nstring[] many",
     "demo/Arrays": "float32[2] two\nuint8[] data\nint16[<=3] some [7]\nfloat64[] none\nbool[] flags",
+    "demo/Pair": "string[2] names\nPoint[1] at\nuint8[2] bytes\nint16[2] numbers",
     "demo/Nested": "std_msgs/Header header\nPoint[] path\nstd_msgs/Empty nothing\nuint8 end 255",
 }
 
@@ -54,6 +55,10 @@ VECTORS = [
     # 7.4.1.1.3: an array has no length; nothing is aligned for the elements of an empty sequence
     ("demo/msg/Arrays", {"two": [0.5, -2.0], "data": b"\1\2\3", "flags": [True, False]},
      "00 00 00 3F 00 00 00 C0  03 00 00 00 01 02 03 00  01 00 00 00 07 00 00 00  00 00 00 00  02 00 00 00 01 00"),
+    # nothing said: as many empty strings, messages and numbers as there have to be
+    ("demo/msg/Pair", {},
+     ("01 00 00 00 00 00 00 00  01 00 00 00 00 00 00 00  00 00 00 00 00 00 00 00  00 00 00 00 00 00 04 40"
+      "  00 00  00 00 00 00")),
     # a message without fields is one byte, as in ROS 2's C structures
     ("std_msgs/msg/Empty", {}, "00"),
     ("demo/msg/Nested", {"header": {"stamp": {"sec": -1, "nanosec": 5}, "frame_id": "map"}, "path": [{"x": 1.0}]},

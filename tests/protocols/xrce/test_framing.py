@@ -55,7 +55,9 @@ def test_a_reader_that_is_reset_gives_up_what_it_holds():
 def test_a_payload_beyond_the_limit_is_refused():
     with pytest.raises(LocalProtocolError, match="21 bytes"):
         encode_frame(bytes(21), SMALL)
-    assert len(encode_frame(b"\x7e" * 20, SMALL)) <= longest_frame(SMALL)
+    longest = encode_frame(b"\x7e" * 20, SMALL)
+    assert kinds(FrameReader(SMALL).receive(longest)) == [b"\x7e" * 20]
+    assert len(longest) <= longest_frame(SMALL)
 
 
 @each("wrong", [{"local_address": 256}, {"remote_address": -1}, {"max_payload": 0}, {"max_payload": 65536}])

@@ -115,7 +115,7 @@ def test_a_client_with_properties_says_a_length_without_them():
         (xrce.Client(client_key=KEY, session_id=0x81, cookie=b"XRCF"), Status.INVALID_DATA),
         (xrce.Client(client_key=bytes(4), session_id=0x81), Status.INVALID_DATA),
         (xrce.Client(client_key=KEY, session_id=0x80), Status.INVALID_DATA),
-        (xrce.Client(client_key=KEY, session_id=0x81, mtu=31), Status.INVALID_DATA),
+        (xrce.Client(client_key=KEY, session_id=0x81, mtu=35), Status.INVALID_DATA),
         (xrce.Client(client_key=KEY, session_id=0x81, version=b"\2\0"), Status.INCOMPATIBLE),
     ],
 )
@@ -165,7 +165,7 @@ def test_a_ping_of_a_client_whose_agent_was_restarted():
     assert said.implementation_status == 0
     farewell = frame(xrce.Delete(request_id=2, object_id=xrce.OBJECT_CLIENT))
     ((_, (said,)),) = said_in(agent.receive(farewell, 0))
-    assert said == xrce.StatusReply(request_id=2, object_id=xrce.OBJECT_CLIENT, status=Status.OK)
+    assert said == xrce.StatusReply(request_id=2, object_id=xrce.OBJECT_CLIENT, status=Status.UNKNOWN_REFERENCE)
     assert agent.receive(frame(xrce.WriteData(**IDS, data=b"?"), stream_id=0x80), 0) == []
     assert agent.counters.foreign == 3
 
@@ -270,6 +270,87 @@ def test_reset_begins_all_streams_anew(line):
     assert pair.heard("server") == [b"before", b"after", b"before"]
     assert pair.heard("client") == [b"before", b"before", b"after"]
     assert len(pair.of(xrce.StreamsReset)) == 2
+
+
+def test_nothing_of_old_streams_is_handed_on_behind_a_reset():
+    agent = open_agent()
+    assert len(said_in(agent.receive(frame(xrce.WriteData(**IDS, data=b"1"), stream_id=0x80, sequence=1), 1))) == 1
+    events = agent.receive(frame(xrce.Reset(), stream_id=0x80), 2)
+    assert events == [xrce.StreamsReset()]
+
+
+def test_nothing_is_handed_on_behind_the_end_of_a_session():
+    agent = open_agent()
+    both = xrce.pack_submessages(
+        map(
+            xrce.encode_submessage,
+            [xrce.Delete(request_id=2, object_id=xrce.OBJECT_CLIENT), xrce.WriteData(**IDS, data=b"")],
+        )
+    )
+    header = xrce.Header(session_id=0x81, stream_id=0x80)
+    events = agent.receive(xrce.encode_frame(xrce.encode_message(header, both)), 1)
+    assert [said for _, (said,) in said_in(events)] == [
+        xrce.StatusReply(request_id=2, object_id=xrce.OBJECT_CLIENT, status=Status.OK)
+    ]
+    assert not any(isinstance(event, xrce.Received) for event in events)
+
+
+def test_the_end_of_a_session_is_waited_for_and_no_other_answer():
+    client = client_of()
+    client.connect(0)
+    client.receive(frame(xrce.StatusAgent(status=Status.OK, agent=xrce.Agent())), 0)
+    client.disconnect(1)
+    client.receive(frame(xrce.StatusReply(**IDS, status=Status.OK)), 2)
+    assert client.state is ClientState.CLOSING
+    client.advance(30 * SECOND)
+    assert client.state is ClientState.CLOSED
+    events = client.connect(31 * SECOND) + client.advance(60 * SECOND)
+    assert len(said_in(events)) == 10
+
+
+def test_a_session_has_ended_where_it_is_not_known_any_more():
+    """Its first DELETE was obeyed and the answer lost; that there is no such client answers the second."""
+    client, agent = client_of(), open_agent()
+    client.connect(0)
+    client.receive(frame(xrce.StatusAgent(status=Status.OK, agent=xrce.Agent())), 0)
+    agent.receive(client.disconnect(1)[-1].data, 1)
+    (again,) = [event for event in client.advance(SECOND + 1) if isinstance(event, xrce.Transmit)]
+    (answer,) = agent.receive(again.data, SECOND + 1)
+    ((_, (said,)),) = said_in([answer])
+    assert said.status is Status.UNKNOWN_REFERENCE
+    assert xrce.SessionClosed(reason=CloseReason.DELETED) in client.receive(answer.data, SECOND + 1)
+    assert client.state is ClientState.CLOSED
+
+
+def test_a_line_that_goes_down_leaves_nothing_of_a_frame():
+    agent = open_agent()
+    assert agent.receive(frame(xrce.WriteData(**IDS, data=b"1"))[:9], 1) == []
+    dropped, *_, closed = agent.line_down(2)
+    assert (dropped.reason, len(dropped.data)) == (xrce.DropReason.CUT_SHORT, 9)
+    assert closed == xrce.SessionClosed(reason=CloseReason.LINE_DOWN)
+
+
+def test_what_is_sent_waits_for_its_heartbeat_from_then_on():
+    agent = open_agent()
+    agent.send(xrce.TopicData(**IDS, data=b""), SECOND)
+    assert agent.next_deadline_ns() == SECOND + 100 * MS
+
+
+def test_a_client_says_what_it_has_and_how_much_it_takes():
+    client = client_of(properties=(("a", "b"),), frames=xrce.FramingOptions(max_payload=100))
+    ((_, (said,)),) = said_in(client.connect(0))
+    assert (said.client.properties, said.client.mtu, client.mtu) == ((("a", "b"),), 100, 100)
+
+
+def test_a_message_may_be_as_long_as_the_mtu():
+    agent = open_agent(mtu=100)
+    for stream_id in (1, 0x80):
+        data = agent.send(xrce.TopicData(**IDS, data=bytes(100 - 4 - 4 - 4)), 1, stream_id=stream_id)
+        assert [len(one.payload) for one in xrce.FrameReader().receive(data)] == [100]
+    data = agent.send(xrce.TopicData(**IDS, data=bytes(100 - 4 - 4 - 4 + 1)), 1)
+    assert [len(one.payload) for one in xrce.FrameReader().receive(data)] == [100, 4 + 4 + 5]
+    small = open_agent(frames=xrce.FramingOptions(max_payload=100))
+    assert small.mtu == 100
 
 
 def test_a_silent_client_is_lost_where_that_is_wanted(line):
@@ -388,7 +469,9 @@ def test_misuse_changes_nothing():
         lambda: ClientOptions(client_key=bytes(4)),
         lambda: ClientOptions(client_key=b"123"),
         lambda: ClientOptions(client_key=KEY, session_id=0x80),
-        lambda: ClientOptions(client_key=KEY, mtu=31),
+        lambda: ClientOptions(client_key=KEY, mtu=35),
+        lambda: ClientOptions(client_key=KEY, frames=xrce.FramingOptions(max_payload=35)),
+        lambda: xrce.AgentOptions(frames=xrce.FramingOptions(max_payload=35)),
         lambda: ClientOptions(client_key=KEY, attempts=0),
         lambda: xrce.AgentOptions(silence_s=0.0),
         lambda: xrce.StreamOptions(window=17),
@@ -411,6 +494,29 @@ def test_a_submessage_of_the_wrong_end_or_outside_of_a_session_is_nobodys_busine
     assert agent.counters.misplaced == 6
     fragment = frame(xrce.Fragment(data=b"", last=True), session_id=0x80, stream_id=0x80)
     assert [type(event) for event in agent.receive(fragment, 1)] == [xrce.Senseless]
+
+
+def test_a_stream_that_cannot_be_is_refused_before_anything_is_taken():
+    agent = open_agent()
+    for stream_id in (-1, 256):
+        with pytest.raises(xrce.LocalProtocolError, match=f"stream_id {stream_id}"):
+            agent.send(xrce.TopicData(**IDS, data=b""), 1, stream_id=stream_id)
+    assert (agent.unacknowledged, agent.next_deadline_ns()) == (0, None)
+
+
+def test_the_longest_answer_fits_the_shortest_message():
+    """An agent never has an answer that it cannot put in a frame."""
+    agent = Session(Role.AGENT, xrce.AgentOptions(mtu=36, frames=xrce.FramingOptions(max_payload=36)))
+    asked = xrce.Client(client_key=KEY, session_id=0x01, mtu=36)
+    agent.receive(frame(xrce.CreateClient(client=asked), session_id=0x00, key=KEY), 0)
+    asked = frame(xrce.Timestamp(transmit=xrce.Time()), session_id=0x01, key=KEY)
+    ((_, (said,)),) = said_in(agent.receive(asked, 0))
+    assert isinstance(said, xrce.TimestampReply)
+
+
+def test_properties_that_no_message_holds_are_refused_at_once():
+    with pytest.raises(xrce.LocalProtocolError, match="longer than 100"):
+        client_of(properties=(("a", "b" * 100),), frames=xrce.FramingOptions(max_payload=100))
 
 
 def test_request_ids_begin_behind_the_reserved_ones():

