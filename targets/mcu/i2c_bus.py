@@ -58,6 +58,9 @@ class I2cInterface(I2cSlave, Protocol):
     def answered(self, acknowledged: bool, now_ns: int) -> None:
         """The master has acknowledged a byte that it has read here, or has not."""
 
+    def paused(self, low: bool) -> None:
+        """The master holds SCL low between two bytes from now on, or does not any more."""
+
     def stopped(self, now_ns: int) -> None:
         """A STOP."""
 
@@ -288,6 +291,11 @@ class I2cBus:
         for interface in self._interfaces:
             if interface in self.under_way.addressed:
                 interface.answered(acknowledged, now_ns)
+
+    def pause(self, low: bool) -> None:
+        """The master holds SCL low from now on, or does not any more."""
+        for interface in self._interfaces:
+            interface.paused(low)
 
     def stop(self, now_ns: int) -> None:
         """A STOP."""
