@@ -225,7 +225,7 @@ class Slave(Block):
         self._update()
 
     def _end_message(self) -> None:
-        if self[SR2] & TRA and self._hears:
+        if self[SR2] & TRA:
             self[SR1] &= ~(TXE | BTF)
             self._waiting = None
         self._addressed = self._header = self._empty = False

@@ -134,6 +134,8 @@ DEFECTS = [
         "self[CR1] & (SMBUS | PE) == SMBUS | PE",
         "False",
     ),
+    Defect("a master may hold SCL for ever", "i2c-slave", Slave, "heard_pause", "self._paused = low", "pass"),
+    Defect("PE = 0 frees the bus", "i2c-slave", I2c, "_break_off", "self.bus.master is not None", "False"),
     Defect("a timeout changes nothing", "i2c-slave", Slave, "_reset_communication", "self._addressed =", "_ ="),
     Defect("a wrong PEC is right", "i2c-slave", Block, "_answer", "byte != self[SR2] >> PEC_SHIFT", "False"),
     Defect("a wrong PEC is acknowledged", "i2c-slave", Block, "_answer", "and not self._pec_wrong", ""),
