@@ -58,6 +58,9 @@ class I2cInterface(I2cSlave, Protocol):
     def answered(self, acknowledged: bool, now_ns: int) -> None:
         """The master has acknowledged a byte that it has read here, or has not."""
 
+    def paused(self, low: bool) -> None:
+        """The master holds SCL low between two bytes from now on, or does not any more."""
+
     def stopped(self, now_ns: int) -> None:
         """A STOP."""
 
@@ -244,12 +247,11 @@ class I2cBus:
     def start(self, now_ns: int) -> None:
         """A START, or a repeated one."""
         self._end_message(now_ns)
-        self.left = None
-        self.pull(False)
         if not self.under_way.messages:
             self.under_way.reached = self.joined()
             for bus in self.under_way.reached:
                 bus.master = self
+        self._free_slaves()
         self.under_way.messages.append(_Message(now_ns))
         for interface in self._interfaces:
             interface.started(now_ns)
@@ -289,11 +291,15 @@ class I2cBus:
             if interface in self.under_way.addressed:
                 interface.answered(acknowledged, now_ns)
 
+    def pause(self, low: bool) -> None:
+        """The master holds SCL low from now on, or does not any more."""
+        for interface in self._interfaces:
+            interface.paused(low)
+
     def stop(self, now_ns: int) -> None:
         """A STOP."""
         self._end_message(now_ns)
-        self.left = None
-        self.pull(False)
+        self._free_slaves()
         self._finish(now_ns, complete=True)
         for interface in self._let_loose():
             interface.stopped(now_ns)
@@ -337,6 +343,12 @@ class I2cBus:
         for bus in reached:
             bus.master = None
         return interfaces
+
+    def _free_slaves(self) -> None:
+        """A condition ends the byte that a slave was left in."""
+        for bus in (self, *self.under_way.reached):
+            bus.left = None
+            bus.pull(False)
 
     def _end_message(self, now_ns: int) -> None:
         addressed, self.under_way.addressed = self.under_way.addressed, []

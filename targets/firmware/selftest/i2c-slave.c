@@ -496,6 +496,18 @@ static void timeouts(void)
     check("then-it-lets-go", wait_until(I2C1->SR1 & I2C_SR1_AF));
     check_equal("and-forgets-its-address", I2C2->SR1, I2C_SR1_TIMEOUT);
     stop();
+
+    I2C1->SR1 = 0;
+    I2C2->SR1 = 0;
+    address(OWN << 1);
+    begin = cycles();
+    clear_addr(I2C2);
+    wait_until(I2C2->SR1 & I2C_SR1_TIMEOUT);
+    check_range("so-has-a-master", cycles() - begin, 25 * MS - 1000, 25 * MS + 100);
+    clear_addr(I2C1);
+    send(1);
+    check_equal("then-the-slave-is-gone", I2C1->SR1 & I2C_SR1_AF, I2C_SR1_AF);
+    stop();
 }
 
 static void roles(void)
@@ -520,6 +532,15 @@ static void roles(void)
     I2C2->DR = 0x99;
     wait_until(I2C1->SR1 & I2C_SR1_RXNE);
     check_equal("its-byte", I2C1->DR, 0x99);
+    I2C1->CR1 = 0;
+    check_equal("busy-without-pe", I2C1->SR2, I2C_SR2_BUSY);
+    I2C1->CR1 = I2C_CR1_PE;
+    I2C1->CR1 = I2C_CR1_PE | I2C_CR1_ACK;
+    I2C2->CR1 |= I2C_CR1_START;
+    wait_until(I2C2->SR1 & I2C_SR1_SB);
+    I2C2->DR = SECOND << 1;
+    wait_until(I2C2->SR1 & I2C_SR1_ADDR);
+    clear_both();
     I2C2->CR1 |= I2C_CR1_STOP;
     check("its-stop", wait_until(I2C1->SR1 & I2C_SR1_STOPF));
     check_equal("the-bus-is-free", I2C1->SR2 | I2C2->SR2, 0);

@@ -141,8 +141,10 @@ class I2c(Slave):
     def _break_off(self) -> None:
         self._wire.release()
         self._forget()
+        self._hears = self.bus.master is not None
         self[CR1] &= ~CLEARED_WITHOUT_PE
-        self[SR1] = self[SR2] = 0
+        self[SR1] = 0
+        self[SR2] = BUSY if self._hears else 0
         self._clocked()
         self._alert.update(self[CR1])
         self._stuck_changed()
@@ -192,8 +194,9 @@ class I2c(Slave):
         self._set_timing()
 
     def read_SR2(self) -> int:
-        """Return the state of the bus; after a read of SR1 that showed ADDR, this clears ADDR."""
-        if self[SR1] & self._saw & ADDR:
+        """Return the state of the bus; after a read of SR1 this clears ADDR, even if that did not show it yet."""
+        sr1_read, self._sr1_read = self._sr1_read, False
+        if self[SR1] & ADDR and sr1_read:
             self._clear_addr()
             if not self[SR2] & MSL:
                 self._clear_own_addr()
@@ -374,6 +377,8 @@ class I2c(Slave):
     def _watch_clock(self) -> None:
         """See whether a master holds SCL low, or a slave of its, where SMBus has limits for that."""
         rests = not self._wire.busy
+        if rests:
+            self.bus.pause(True)
         if self[CR1] & SMBUS and (rests or self._wire.held):
             self._low.hold(LOW_NS)
         if self[CR1] & SMBUS and rests:
@@ -383,6 +388,7 @@ class I2c(Slave):
 
     def _clocked(self) -> None:
         """SCL is let go."""
+        self.bus.pause(False)
         self._low.restart()
         self._own_low.restart()
 

@@ -92,6 +92,7 @@ class Block(Peripheral):
 
     def _forget(self) -> None:
         self._saw: int = 0  # flags that the last read of SR1 has shown
+        self._sr1_read = False  # since the last read of SR2
         self._waiting: int | None = None  # what was written to DR and is not on its way yet
         self._shifted: int | None = None  # a byte that came in while DR was full
         self._leaving: int | None = None  # the byte that is being sent; None for the PEC
@@ -108,7 +109,7 @@ class Block(Peripheral):
 
     def read_SR1(self) -> int:
         """Return the flags; ADDR, SB, ADD10, BTF and STOPF are cleared by what follows this."""
-        self._saw = self[SR1]
+        self._saw, self._sr1_read = self[SR1], True
         return self[SR1]
 
     def write_SR1(self, value: int) -> None:

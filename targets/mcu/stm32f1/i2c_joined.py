@@ -14,6 +14,8 @@ from targets.mcu.stm32f1.i2c import I2c
 
 __all__ = ["join"]
 
+_FAR = "and SDA lead to another chip, whose interfaces are not reached: only those of the same chip are"
+
 
 def join(i2cs: Iterable[I2c], signals: Signals) -> None:
     """Tell the bus of each interface how to find those that it is joined with."""
@@ -24,6 +26,8 @@ def join(i2cs: Iterable[I2c], signals: Signals) -> None:
         scl, sda = wires[name]
         if not (_wired(scl) and _wired(sda)):
             return ()
+        if _leaves_chip(scl) and _leaves_chip(sda):
+            scl.pins[0].chip.notes.add("unmodelled", scl.name, _FAR)
         others = (other for other in buses if other != name)
         return tuple(buses[other] for other in others if all(map(_meet, wires[name], wires[other])))
 
@@ -33,6 +37,10 @@ def join(i2cs: Iterable[I2c], signals: Signals) -> None:
 
 def _wired(signal: PinOutput) -> bool:
     return any(pin.nets and pin.alternate for pin in signal.pins)
+
+
+def _leaves_chip(signal: PinOutput) -> bool:
+    return any(far.chip is not pin.chip for pin in signal.pins for net in pin.nets for far in net.pins)
 
 
 def _meet(one: PinOutput, other: PinOutput) -> bool:

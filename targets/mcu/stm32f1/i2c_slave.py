@@ -88,6 +88,10 @@ class Ear:
     def end(self, _now_ns: int) -> None:
         """The message is over; a START or a STOP follows at once."""
 
+    def paused(self, low: bool) -> None:
+        """The master holds SCL low, or does not any more."""
+        self._slave.heard_pause(low)
+
     def stopped(self, _now_ns: int) -> None:
         """A STOP."""
         self._slave.heard_stop()
@@ -107,6 +111,7 @@ class Slave(Block):
         self._known = False  # its 10-bit address has come since the first START
         self._empty = False  # the shift register is, of a transmitter
         self._hears = False  # another master is on the bus
+        self._paused = False  # which holds SCL low between two bytes
         self._has_lost = False  # to that one, since the last START: no address is answered
 
     # --- what the other master does
@@ -125,7 +130,7 @@ class Slave(Block):
     def was_addressed(self, address: int, read: bool) -> bool:
         """Return whether to acknowledge an address: EV1, or the header of one of ten bits."""
         control = self[CR1]
-        if not control & PE or not control & ACK or self[SR2] & MSL or self._has_lost:
+        if not self.clocked or control & (PE | ACK) != PE | ACK or self[SR2] & MSL or self._has_lost:
             return False
         byte = address << 1 | read
         if header_matches(self[OAR1], address):
@@ -195,6 +200,12 @@ class Slave(Block):
                 self[SR1] |= TXE | (0 if self[CR1] & NOSTRETCH else BTF)
         self._update()
 
+    def heard_pause(self, low: bool) -> None:
+        """The master holds SCL low, or does not any more."""
+        if low is not self._paused:
+            self._paused = low
+            self._update()
+
     def heard_stop(self) -> None:
         """A STOP: EV4, if this was a message for the interface."""
         if self._addressed:
@@ -209,12 +220,12 @@ class Slave(Block):
 
     def _bus_free(self) -> None:
         self._end_message()
-        self._hears = self._known = self._has_lost = False
+        self._hears = self._known = self._has_lost = self._paused = False
         self._freed()
         self._update()
 
     def _end_message(self) -> None:
-        if self[SR2] & TRA and self._hears:
+        if self[SR2] & TRA:
             self[SR1] &= ~(TXE | BTF)
             self._waiting = None
         self._addressed = self._header = self._empty = False
@@ -263,11 +274,14 @@ class Slave(Block):
         super()._update()
 
     def _watch_own(self, holds: bool) -> None:
-        if self[CR1] & SMBUS and holds:
+        limited = self[CR1] & (SMBUS | PE) == SMBUS | PE
+        if limited and (holds or self._paused):
             self._low.hold(LOW_NS)
-            self._own_low.hold(SLAVE_NS)
         else:
             self._low.restart()
+        if limited and holds:
+            self._own_low.hold(SLAVE_NS)
+        else:
             self._own_low.pause()
 
     def _reset_communication(self) -> None:

@@ -19,7 +19,7 @@ CHECKS = {
     "gpio": 46,
     "high-density": 60,
     "i2c": 27,
-    "i2c-slave": 131,
+    "i2c-slave": 134,
     "iwdg": 23,
     "nvic": 88,
     "pwr-bkp": 22,

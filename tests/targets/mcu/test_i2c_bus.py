@@ -137,6 +137,59 @@ def test_released_in_the_middle(bus, told, make_memory):
     assert memory.calls[-1] == ("end", 20)
 
 
+class TestJoined:
+    """Two buses on the same wires."""
+
+    @pytest.fixture
+    def other(self, bus):
+        other = I2cBus()
+        bus.joined, other.joined = lambda: (other,), lambda: (bus,)
+        return other
+
+    def test_the_slaves_of_both_are_reached_from_either(self, bus, other, told, make_memory):
+        bus.attach(make_memory(0x50, b"\x0c" * 256))
+        other.attach(make_memory(0x50, b"\x0a" * 256))
+        for master in (bus, other):
+            master.start(0)
+            assert master.address(0x50, True, 1)
+            assert master.read(1) == 0x08
+            master.stop(2)
+        assert len(told) == 1  # a bus tells what its own master does
+
+    def test_what_breaks_one_breaks_both(self, bus, other, make_memory):
+        changes = []
+        bus.on_stuck.append(lambda: changes.append("bus"))
+        other.on_stuck.append(lambda: changes.append("other"))
+        bus.attach(make_memory(0x50))
+        other.stick()
+        assert bus.stuck
+        assert changes == ["other", "bus"]
+        bus.start(0)
+        assert bus.address(0x11, True, 1)
+        assert bus.read(1) == 0
+        bus.stop(2)
+        other.unstick()
+        other.deaf.add(0x50)
+        other.stretch_ns[0x50] = 700
+        bus.start(3)
+        assert not bus.address(0x50, False, 4)
+        other.deaf.clear()
+        assert bus.address(0x50, False, 5)
+        assert bus.stretched_ns == 700
+
+    def test_a_start_ends_what_a_slave_of_the_other_was_left_in(self, bus, other, make_memory):
+        other.clocked_by_pins = True
+        other.attach(make_memory(0x50, b"\0" * 256))
+        other.start(0)
+        other.address(0x50, True, 1)
+        other.read(1)
+        other.release(2, 3)
+        assert bus.stuck
+        bus.start(3)
+        assert not bus.stuck
+        assert other.left is None
+
+
 def test_stretch_belongs_to_the_slave_that_is_addressed(bus, make_memory):
     bus.attach(make_memory(0x50))
     bus.attach(make_memory(0x51))

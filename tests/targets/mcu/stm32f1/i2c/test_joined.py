@@ -21,6 +21,7 @@ class Chip:
 
     def __init__(self):
         fake = FakeChip()
+        self.notes = fake.notes
         self.pins = Pins(NAMES, fake.time, fake.notes)
         self.signals, self.nets = Signals(self.pins), Nets()
         self.one, self.other = (SimpleNamespace(name=name, bus=I2cBus()) for name in ("I2C1", "I2C2"))
@@ -74,6 +75,16 @@ def test_a_pin_that_the_program_moves_itself_carries_no_signal(pin):
     assert not chip.joined
     chip.configure(pin, PadMode.AF_OPEN_DRAIN)
     assert chip.joined
+
+
+def test_a_wire_to_another_chip_is_noted():
+    chip, far = Chip(), Chip()
+    chip.nets.wire("SCL", chip.pins["PB6"], far.pins["PB6"])
+    assert not chip.joined
+    assert not chip.notes.all
+    chip.nets.wire("SDA", chip.pins["PB7"], far.pins["PB7"])
+    assert not chip.joined
+    assert [(note.kind, note.where) for note in chip.notes.all] == [("unmodelled", "I2C1_SCL")]
 
 
 def test_remapped_pins_have_other_wires():

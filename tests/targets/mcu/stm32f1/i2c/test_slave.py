@@ -63,6 +63,13 @@ class TestReceiving:
         pair.slave.peek("SR2")
         assert pair.slave.flags() == set()
 
+    def test_addr_that_came_between_both_reads_is_cleared(self, pair):
+        """Section 26.6.7: reading SR2 after SR1 clears ADDR, even if it was set after SR1 was read."""
+        pair.slave.peek("SR1")
+        pair.address()
+        pair.slave.peek("SR2")
+        assert pair.slave.flags() == set()
+
     def test_two_bytes_that_are_not_read_hold_scl(self, pair):
         master, slave = pair.master, pair.slave
         pair.address()
@@ -302,6 +309,30 @@ class TestBothRoles:
         slave.poke("CR1", 0)
         master.until("AF")
         assert slave.flags() == set()
+
+    def test_a_slave_that_is_switched_off_still_sees_that_the_bus_is_busy(self, pair):
+        """Section 26.6.7, BUSY: it is updated while PE is 0, too."""
+        master, slave = pair.master, pair.slave
+        pair.address()
+        slave.poke("CR1", 0)
+        assert slave.state() == {"BUSY"}
+        slave.poke("CR1", PE)
+        slave.ask(START)
+        pair.wait(30)
+        assert slave.flags() == set()
+        pair.stop()
+        slave.until("SB")
+        slave.poke("CR1", 0)
+        assert slave.state() == set()
+        pair.wait(3)
+        master.ask(START)
+        master.until("SB")
+        assert slave.state() == {"BUSY"}
+
+    def test_without_its_clock_no_address_is_answered(self, pair):
+        pair.slave.i2c.clocked = False
+        pair.address()
+        assert pair.master.flags() == {"AF"}
 
     def test_a_master_that_is_switched_off_frees_the_bus(self, pair):
         pair.address()

@@ -287,6 +287,34 @@ class TestTimeouts:
         pair.chip.advance(100 * MS)
         assert pair.slave.flags() == {"ADDR"}
 
+    @pytest.mark.parametrize("own", [True, False])
+    def test_a_master_that_holds_scl_for_25_ms(self, make_pair, own):
+        """Whether the slave is addressed or not: the lines are released, and the communication is over for it."""
+        pair = make_pair(control=SMBUS)
+        pair.begin((pair.OWN if own else 0x50) << 1)
+        if own:
+            pair.slave.clear_addr()
+        pair.chip.advance(25 * MS - 100)
+        assert pair.slave.flags() == set()
+        pair.chip.advance(200)
+        assert pair.slave.flags() == {"TIMEOUT"}
+        pair.master.clear_addr()
+        pair.master.poke("DR", 1)
+        pair.master.until("AF" if own else "BTF")
+        assert pair.slave.flags() == {"TIMEOUT"}
+
+    def test_one_that_goes_on_after_24_ms(self, make_pair):
+        pair = make_pair(control=SMBUS)
+        pair.address()
+        pair.slave.clear_addr()
+        for byte in (1, 2, 3):
+            pair.chip.advance(24 * MS)
+            pair.master.clear_addr()
+            pair.master.poke("DR", byte)
+            pair.master.until("BTF")
+            assert pair.slave.peek("DR") == byte
+        assert pair.slave.flags() == set()
+
 
 class TestBeside:
     def test_a_master_is_not_its_own_slave(self, pair):
