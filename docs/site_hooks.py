@@ -1,4 +1,7 @@
-"""What the site makes of the pages: diagrams become pictures, and links to files that are no pages name the file."""
+"""What the site makes of pages: diagrams become pictures, links to files that are no pages name the file.
+
+The search finds what says how to do something before what shows that it was measured.
+"""
 
 from __future__ import annotations
 
@@ -13,11 +16,15 @@ ROOT = Path(__file__).parents[1]
 DIAGRAM = re.compile(r"^```mermaid\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 BAR = r"\|"
 ESCAPED_BAR = re.compile(r"`([^`\n]*\\\|[^`\n]*)`")
+BOOST = {"Tutorials": 2, "How-to": 2, "Explanation": 1.5, "Evidence": 0.3}
+"""How much a section's pages weigh in the search; the others 1 (choice)."""
 LINK = re.compile(r"(?<!!)\[(?P<text>[^\]]+)\]\((?P<target>[^):#\s]+)\)")
 
 
 def on_page_markdown(markdown: str, *, page: Any, **_others: Any) -> str:
     """Return the page as mkdocs builds it."""
+    if page.ancestors:
+        page.meta["search"] = {"boost": BOOST.get(page.ancestors[-1].title, 1)}
     folder = Path(page.file.abs_src_path).parent
     return _with_pictures(_with_bars(_with_names_of_files(markdown, folder)))
 
