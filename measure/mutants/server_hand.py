@@ -261,6 +261,19 @@ MOTION = (
     on_wire("enable-ignored", "ignores ENABLE 1", hears(C.ENABLE, Drop(), at=ON)),
     on_wire("enable-padded", "ignores an ENABLE with bytes behind its argument", hears(C.ENABLE, Drop(), longer=4)),
     on_wire("disable-ignored", "ignores ENABLE 0", hears(C.ENABLE, Drop(), at=OFF)),
+    on_wire(
+        "enable-behind-another", "ignores an ENABLE close behind another packet", hears(C.ENABLE, Drop(), within_s=0.02)
+    ),
+    on_wire(
+        "outputs-behind-silence",
+        "ignores ENABLE, SONAR and DIGOUT that come first behind two seconds of silence",
+        Rule(Way.IN, Match(numbers=frozenset({C.ENABLE, C.SONAR, C.DIGOUT}), after_s=2.0), Drop()),
+    ),
+    on_wire(
+        "late-stop-revives",
+        "takes a command that stops for a PULSE where it comes first behind two seconds of silence",
+        Rule(Way.IN, Match(numbers=frozenset({C.STOP, C.VEL, C.E_STOP}), after_s=2.0), Become(b"\0")),
+    ),
     on_wire("enable-late", "obeys ENABLE 500 ms late", hears(C.ENABLE, Late(0.5))),
     in_options("watchdog-absent", "has no watchdog", watchdog_s=None),
     in_flash("watchdog-late", "has a watchdog of 4 s", watchdog_ms=4000),

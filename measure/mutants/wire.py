@@ -69,6 +69,7 @@ class Match:
         shorter, longer: bounds of the length of the body, themselves excluded.
         every: only each so many-th of those that meet the other conditions.
         within_s: only frames that end so soon behind the one before.
+        after_s: only frames that end later than this behind the one before.
         dropped: not sound frames but bytes dropped for this reason.
         ends: how the bytes must end.
         more_than_sip: only SIPs with bytes behind their last field.
@@ -83,6 +84,7 @@ class Match:
     longer: int = -LONGEST
     every: int = 1
     within_s: float | None = None
+    after_s: float | None = None
     dropped: DropReason | None = None
     ends: bytes = b""
     more_than_sip: bool = False
@@ -98,6 +100,7 @@ class Match:
             and (self.body is None or length == self.body)
             and self.longer < length < self.shorter
             and (self.within_s is None or since_s < self.within_s)
+            and (self.after_s is None or since_s > self.after_s)
             and raw.endswith(self.ends)
             and self._fits_sip(raw)
         )

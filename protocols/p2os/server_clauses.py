@@ -633,6 +633,44 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         needs=("server",),
     ),
     Clause(
+        id="S64",
+        suite=_SUITE,
+        level="must",
+        title="Two commands at once are obeyed in their order",
+        text=(
+            "Two of ENABLE 1 and 0, SONAR 1 and 0, DIGOUT 0F and F0 with mask FF and CONFIG without a gap, in each "
+            "order, and each twice: flags and outputs are what the later one of each kind says, and CONFIG is answered."
+        ),
+        sources=(ARIA, SERIAL),
+        needs=("server",),
+    ),
+    Clause(
+        id="S65",
+        suite=_SUITE,
+        level="must",
+        title="A late command is obeyed, and a late stop revives nothing",
+        text=(
+            "ENABLE, SONAR, DIGOUT and CONFIG, each as the first packet behind 2.3 s of silence, are obeyed and "
+            "answered as ever. Behind VEL 200 and 3.2 s of silence STOP, VEL 0, E_STOP or ENABLE 0 leaves the robot "
+            "standing."
+        ),
+        sources=(MANUAL, f"{CHOICE} that the packet which revives a robot counts before it moves"),
+        needs=("server",),
+    ),
+    Clause(
+        id="S66",
+        suite=_SUITE,
+        level="must",
+        title="No command is taken too early",
+        text=(
+            "A command of motors, sonar, outputs, motion or packets, before the handshake or between the "
+            "identification and OPEN, has no answer. The session that follows begins at rest, motors off, sonar on, "
+            "outputs as they were."
+        ),
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
         id="S80",
         suite=_SUITE,
         level="must",

@@ -20,4 +20,5 @@ ORDER = (
     "wraps",
     "surroundings",
     "families",
+    "sequences",
 )

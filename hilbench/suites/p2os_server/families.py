@@ -22,7 +22,7 @@ ANSWER_S = 0.25
 """How long a CONFIG may take on a slow line, with a SIP before it."""
 
 
-def _shown(session: Session, frame: bytes) -> Sip:
+def shown(session: Session, frame: bytes) -> Sip:
     """Send a frame; return the second SIP behind it: what a robot was about to say may be older."""
     arrived_ns = session.write(frame)
     if baud := session.peer.port.baud:  # where it is handed over late, all of it may still be to come
@@ -46,7 +46,7 @@ def test_every_bit_of_a_checksum_counts(bench: VirtualCase | AttachedCase, peer:
     session, seed = Session(peer), bench.case.seed
 
     def is_not_obeyed(wrong: WrongByte) -> None:
-        if _shown(session, wrong.put_into(enable)).motors_enabled:
+        if shown(session, wrong.put_into(enable)).motors_enabled:
             raise Violation("an ENABLE 1 with a wrong checksum was obeyed", peer.evidence())
 
     def is_not_answered(wrong: WrongByte) -> None:
@@ -94,20 +94,20 @@ def _places(names: Mapping[int, str]) -> list[tuple[str, tuple[int, int]]]:
 def test_no_byte_is_special_inside_a_packet(bench: VirtualCase | AttachedCase, peer: Peer) -> None:
     """Where the outputs are already as asked for, they are made to differ first."""
     session = Session(peer)
-    before = shown = session.first.sip.digout
+    before = now = session.first.sip.digout
 
     def set_outputs(mask: int, value: int) -> int:
-        return _shown(session, _digout(mask, value)).digout
+        return shown(session, _digout(mask, value)).digout
 
     def are_set(mask_and_value: tuple[int, int]) -> None:
-        nonlocal shown
+        nonlocal now
         mask, value = mask_and_value
-        if not (shown ^ value) & mask:
-            shown = set_outputs(0xFF, ~value & 0xFF)
-        due = shown & ~mask | value & mask
-        shown = set_outputs(mask, value)
-        if shown != due:
-            raise Violation(f"the outputs are {shown:02X} after mask {mask:02X} and value {value:02X}, not {due:02X}")
+        if not (now ^ value) & mask:
+            now = set_outputs(0xFF, ~value & 0xFF)
+        due = now & ~mask | value & mask
+        now = set_outputs(mask, value)
+        if now != due:
+            raise Violation(f"the outputs are {now:02X} after mask {mask:02X} and value {value:02X}, not {due:02X}")
 
     families = (
         ("flow-control bytes", _places(FLOW_CONTROL), 8),
@@ -134,7 +134,7 @@ def test_bytes_behind_an_argument_are_ignored(bench: VirtualCase | AttachedCase,
         on = not flags & flag
         contrary = bytes((not on,)) * more
         due = flags ^ flag
-        flags = _shown(session, encode_frame(bytes((number, POSITIVE, on, 0)) + contrary)).flags
+        flags = shown(session, encode_frame(bytes((number, POSITIVE, on, 0)) + contrary)).flags
         if (flags ^ due) & flag:
             raise Violation(f"the flags are {flags:02X}: it was not obeyed", peer.evidence())
 

@@ -48,6 +48,34 @@ class _TakesHashes(VehicleInterface):
         return super().receive(line, data, now_ns)
 
 
+class _DeafBehindAStatus(VehicleInterface):
+    """Misses what comes without a gap behind a status, as a receiver does that is armed anew too late."""
+
+    _held = b""
+    _latest_ns = 0
+
+    def receive(self, line, data, now_ns):
+        if line != SIMULATOR_LINE:
+            return super().receive(line, data, now_ns)
+        if now_ns - self._latest_ns > _GAP_NS:
+            self._held = b""
+        self._latest_ns = now_ns
+        self._held += data
+        return super().receive(line, data if len(self._held) <= STATUS_BYTES else b"", now_ns)
+
+
+_GAP_NS = 1_000_000
+
+
+class _AnyByteEndsEmergency(VehicleInterface):
+    """In EMERGENCY takes whatever byte comes from the simulator's side for a status."""
+
+    def receive(self, line, data, now_ns):
+        if line == SIMULATOR_LINE and data and self.simulator.mode is Mode.EMERGENCY:
+            data = VECTORS["F4"].data
+        return super().receive(line, data, now_ns)
+
+
 class _NeverLooksBack(StreamReader):
     """Throws away all it holds at the first wrong letter."""
 
@@ -161,6 +189,18 @@ FAULTS = (
         what="what cannot be in a status is reported as 0",
         about=("VB29H", "VB35H"),
         kind=_Mends,
+    ),
+    VehicleMutant(
+        id="deaf-behind-a-status",
+        what="a status without a gap behind another one is missed",
+        about=("VB63",),
+        kind=_DeafBehindAStatus,
+    ),
+    VehicleMutant(
+        id="any-byte-ends-emergency",
+        what="any byte of the simulator's side ends EMERGENCY",
+        about=("VB62",),
+        kind=_AnyByteEndsEmergency,
     ),
     VehicleMutant(
         id="wide-limits",

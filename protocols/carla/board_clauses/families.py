@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from protocols.carla.board_clauses._common import ALL, HARDENED, STACK, SUITE
-from protocols.carla.clause import CALLBACKS, CHOICE, ISR, Clause
+from protocols.carla.clause import CALLBACKS, CHOICE, ISR, LINE, TASK, Clause
 
 CLAUSES: tuple[Clause, ...] = (
     Clause(
@@ -40,6 +40,33 @@ CLAUSES: tuple[Clause, ...] = (
         text="In AUTOWARE requests for modes other than 1 and 4 are answered with success false; the mode stays.",
         sources=(CALLBACKS,),
         profiles=ALL,
+        needs=STACK,
+    ),
+    Clause(
+        id="VB62",
+        suite=SUITE,
+        level="must",
+        title="A late status is one, and nothing else ends an emergency",
+        text=(
+            "In AUTOWARE a status that comes 50 to 700 ms behind the last one is reported, and the mode stays. In "
+            "EMERGENCY a command, the clock, indicators, hazard lights, a sign of the agent, a part of a status, one "
+            "with a NaN or 22 hashes change nothing: F3 goes on. A status leads to MANUAL then."
+        ),
+        sources=(f"{TASK}: MAX_OF_LOST_MESSAGES, and the branches of EMERGENCY", CHOICE),
+        profiles=HARDENED,
+        needs=STACK,
+    ),
+    Clause(
+        id="VB63",
+        suite=SUITE,
+        level="must",
+        title="Of two at once the later one counts",
+        text=(
+            "In AUTOWARE two statuses without a gap, or two commands, in each order and each twice: what is reported, "
+            "or handed on, last is the later of them; one with a NaN counts for nothing, wherever it stands."
+        ),
+        sources=(LINE, CHOICE),
+        profiles=HARDENED,
         needs=STACK,
     ),
 )

@@ -175,7 +175,7 @@ def test_a_line_that_is_too_slow_for_what_is_judged_shows_nothing():
 
 # --- the other suites
 
-NOTHING_MAY_COME_OF_IT = {"S07", "S20"}
+NOTHING_MAY_COME_OF_IT = {"S07", "S20", "S66"}
 """What is required is that a stimulus has no effect; so it is in M24 and VB42."""
 HANDSHAKE = {
     *("S01", "S02", "S03", "S04", "S05", "S06", "S08", "S09", "S10", "S11", "S12", "S13", "S14", "S15", "S16"),
