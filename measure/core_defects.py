@@ -465,8 +465,8 @@ DEFECTS = (
     _stream(
         "EN stays",
         "8.3.10",
-        "  stream->runs = false;\n  registers(dma, n)[CR] &= ~(uint32_t)EN;",
-        "  stream->runs = false;",
+        "  stream->runs = stream->in_access = false;\n  registers(dma, n)[CR] &= ~(uint32_t)EN;",
+        "  stream->runs = stream->in_access = false;",
     ),
     _stream("a bus error is nothing", "8.3.18", "  stop(dma, n);\n  flag(dma, n, why);", "  stop(dma, n);"),
     _stream("no circle", "8.3.10", "if (stream->setting.circular && !stream->closing)", "if (false)"),

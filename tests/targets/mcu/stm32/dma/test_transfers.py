@@ -386,6 +386,17 @@ class TestDisabling:
         assert len(rig.bus.accesses) == done
         assert rig.peek("S0CR") == rig.peek("LISR") == 0
 
+    def test_a_stream_that_stops_itself_makes_no_further_beat(self, rig):
+        """Four words for its own CR: the first ends it, and the second would have it begin anew."""
+        control = MINC | M2P | sizes(2, 2) | bursts(1, 0)
+        rig.bus.load(RAM, b"".join(word.to_bytes(4, "little") for word in (0, control | 3 << 25 | EN, 0, 0)))
+        rig.stream(0, control | EN, 8, rig.dma.base + 0x10, fcr=FIFO | 3)
+        rig.chip.advance(100)
+        rig.serve(0)
+        assert rig.accesses("write", rig.dma.base) == [rig.dma.base + 0x10]
+        assert not rig.peek("S0CR") & EN
+        assert rig.peek("S0NDTR") == 8
+
 
 class TestFlowController:
     def test_the_peripheral_says_when(self, rig):
