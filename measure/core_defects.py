@@ -398,7 +398,7 @@ DEFECTS = (
         "(1 + line->word_bits) + 8 * line->stop_half_bits",
         "(1 + line->word_bits) + 16",
     ),
-    _usart("parity the wrong way", "27.3.6", "(line->parity == 2)", "(line->parity != 2)"),
+    _usart("parity the wrong way", "27.3.6", "is_odd ^ (line->parity == 2)", "is_odd ^ (line->parity != 2)"),
     _usart("a break has no stop bit", "27.3.2", "line->end += 8 * break_stop(line)", "line->end += 0"),
     _usart("the data register is not held back by CTS", "27.3.14", "line->holds && line->clear_to_send", "line->holds"),
     _usart("TC although a word waits", "27.3.2", "line->data_sent && !line->holds", "line->data_sent"),
