@@ -20,10 +20,8 @@ from targets.mcu.registers import Register
 from targets.mcu.services import BusMaster, Services
 from targets.mcu.stm32.dma_requests import Requests, Sources
 
-__all__ = ["MEMORY_CYCLES", "PERIPHERAL_CYCLES", "Dma"]
+__all__ = ["Dma"]
 
-PERIPHERAL_CYCLES = 5
-MEMORY_CYCLES = 4
 STREAMS = 8
 
 LISR, HISR, LIFCR, HIFCR = range(0x00, 0x10, 4)
@@ -156,6 +154,7 @@ class Dma(PeripheralInC):
             self._controller.join(core, irqs)
         for stream in range(STREAMS):
             sources.connect(stream, functools.partial(self._listen, stream, 0))
+        self.reset()
 
     def registers_of(self) -> Iterable[Register]:
         """Return the flags and the registers of each stream."""

@@ -33,7 +33,7 @@ enum { PERIPHERAL_CYCLES = 5, MEMORY_CYCLES = 4, FIFO_BYTES = 16, MOST_SELECTED 
 enum { LISR, HISR, LIFCR, HIFCR, FIRST };
 enum { CR, NDTR, PAR, M0AR, M1AR, FCR, STREAM_WORDS };
 
-enum { FEIF = 1 << 0, DMEIF = 1 << 2, TEIF = 1 << 3, HTIF = 1 << 4, TCIF = 1 << 5, FLAGS = 0x3D };
+enum { FEIF = 1 << 0, DMEIF = 1 << 2, TEIF = 1 << 3, HTIF = 1 << 4, TCIF = 1 << 5 };
 enum {                                                                                          /* CR */
   EN = 1 << 0, ENABLES = 0x1E, PFCTRL = 1 << 5, DIR = 6, CIRC = 1 << 8, PINC = 1 << 9, MINC = 1 << 10, PSIZE = 11,
   MSIZE = 13, PINCOS = 1 << 15, PL = 16, DBM = 1 << 18, CT = 1 << 19, PBURST = 21, MBURST = 23, BURSTS = 0xF << 21,
