@@ -229,15 +229,17 @@ def test_a_clock_that_stands_still_is_no_misuse(open_port):
     assert not open_port.chip.noted()
 
 
-def test_an_enable_beside_a_bit_that_is_only_remembered_sets_up_nothing_anew(port):
-    """What was kept of the words that were sent stays one piece, as nothing about them has changed."""
-    uesm, tcie = 1 << 1, 1 << 6
+@pytest.mark.parametrize(("register", "remembered", "enable"), [("CR1", 1 << 1, 1 << 6), ("CR3", 1 << 14, 1 << 0)])
+def test_an_enable_beside_a_bit_that_is_only_remembered_sets_up_nothing_anew(port, register, remembered, enable):
+    """What was kept of the words that were sent stays one piece; UESM is remembered, and DEM would be without UE."""
     port.tx.set_watch(Watch.NOBODY)
     port.usart.keeps_words = True
-    port.open(0x20, TE | uesm)
+    port.open(0x20, TE)
+    port.set(register, remembered)
     for value in (0x55, 0x66):
         port.poke("TDR", value)
         port.bits(12)
-        port.set("CR1", tcie)
+        port.poke(register, port.peek(register) | remembered | enable)
     assert [words.bits for words in port.usart.take_words()] == [[0x55, 0x66]]
-    assert port.chip.noted("unmodelled") == ["USART3_CR1"]
+    assert port.peek(register) & enable
+    assert port.chip.noted("unmodelled") == [f"USART3_{register}"]
