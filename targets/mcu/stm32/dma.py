@@ -83,7 +83,7 @@ class _Controller(BlockInC):
         super().__init__(services.time, block, library.hil_streams_free, base=base, registers=registers)
         asking = functools.partial
         self.reset: Callable[[], None] = asking(library.hil_streams_reset, self.block)
-        self.set_bus_cycle: Callable[[int], None] = asking(library.hil_streams_bus_cycle, self.block)
+        self.clock: Callable[[int], None] = asking(library.hil_streams_clock, self.block)
         self.bar: Callable[[int, int], bool] = asking(library.hil_streams_bar, self.block)
         self._join: Callable[[Any, Any], None] = asking(library.hil_streams_join, self.block)
         self._select: Callable[[int, Any, int], None] = asking(library.hil_streams_select, self.block)
@@ -178,8 +178,8 @@ class Dma(PeripheralInC):
         self.after_clock_change()
 
     def after_clock_change(self) -> None:
-        """Take over the rate of the bus; in Stop mode, in which it stands still, it counts as that of the core."""
-        self._controller.set_bus_cycle(self.services.clocks.pclk("AHB") or 1)
+        """Take over rate and gate of the bus; in Stop mode, in which it stands still, its rate is that of the core."""
+        self._controller.clock(self.services.clocks.pclk("AHB") or 1)
 
     # --- what C asks
 
@@ -225,7 +225,7 @@ def _library() -> Any:
     library.hil_streams_new.argtypes, library.hil_streams_new.restype = (pointer, _ASK, pointer, flag), pointer
     library.hil_streams_free.argtypes, library.hil_streams_free.restype = (pointer,), None
     library.hil_streams_reset.argtypes, library.hil_streams_reset.restype = (pointer,), None
-    library.hil_streams_bus_cycle.argtypes, library.hil_streams_bus_cycle.restype = (pointer, word), None
+    library.hil_streams_clock.argtypes, library.hil_streams_clock.restype = (pointer, word), None
     library.hil_streams_join.argtypes, library.hil_streams_join.restype = (pointer, pointer, pointer), None
     library.hil_streams_bar.argtypes, library.hil_streams_bar.restype = (pointer, word, word), flag
     library.hil_streams_select.argtypes, library.hil_streams_select.restype = (pointer, word, pointer, word), None

@@ -19,6 +19,7 @@
  * - A write of the protected bits of an enabled stream leaves them as they are, which is noted unless it clears EN too.
  * - A stream that is disabled ends an access under way without a trace, and then stores what is in its FIFO. One that
  *   stops itself, by what it writes, makes no further beat of the burst.
+ * - While the gate of its clock is shut, streams stand still; an access under way is made anew when it opens.
  * - Memory to memory in a controller that cannot is a transfer error. PSIZE and MSIZE of 3 are taken for 32 bits. */
 #include "dma_stream.h"
 
@@ -671,8 +672,12 @@ HIL_EXPORT void hil_streams_reset(struct hil_streams *dma) {
   }
 }
 
-/* So many cycles of the core are one of the bus. */
-HIL_EXPORT void hil_streams_bus_cycle(struct hil_streams *dma, uint32_t cycles) { dma->bus_cycle = cycles; }
+/* Its clock has changed, or its gate: so many cycles of the core are one of the bus. */
+HIL_EXPORT void hil_streams_clock(struct hil_streams *dma, uint32_t bus_cycle) {
+  dma->bus_cycle = bus_cycle;
+  for (uint32_t n = 0; n < STREAMS; n++)
+    hil_stream_asked(dma, n);
+}
 
 /* Reach the memory of a core, but for what is barred, and drive its interrupts without asking Python. */
 HIL_EXPORT void hil_streams_join(struct hil_streams *dma, struct hil_cpu *cpu, const uint32_t *irqs) {

@@ -397,6 +397,19 @@ class TestDisabling:
         assert not rig.peek("S0CR") & EN
         assert rig.peek("S0NDTR") == 8
 
+    def test_without_its_clock_nothing_goes_on_until_it_comes_back(self, rig):
+        data = rig.fill(PORT, 64)
+        rig.stream(0, EN | M2M | PINC | MINC, 64)
+        rig.chip.advance(61)
+        rig.gate(False)
+        done = len(rig.bus.accesses)
+        rig.chip.advance(2000)
+        assert len(rig.bus.accesses) == done
+        rig.gate(True)
+        rig.chip.advance(2000)
+        assert rig.bus.dump(RAM, 64) == data
+        assert rig.flags(0) == {"HT", "TC"}
+
 
 class TestFlowController:
     def test_the_peripheral_says_when(self, rig):
@@ -414,6 +427,11 @@ class TestFlowController:
     def test_otherwise_it_is_not_asked(self, rig):
         rig.stream(0, EN | MINC, 5)
         rig.line(0).end()
+        assert rig.peek("S0CR") & EN
+
+    def test_nor_is_the_peripheral_of_another_channel(self, rig):
+        rig.stream(0, EN | PFCTRL | MINC, 0)
+        rig.requests.line("X").end()
         assert rig.peek("S0CR") & EN
 
 
