@@ -20,10 +20,8 @@ from targets.mcu.registers import Register
 from targets.mcu.services import BusMaster, Services
 from targets.mcu.stm32.dma_requests import Requests, Sources
 
-__all__ = ["MEMORY_CYCLES", "PERIPHERAL_CYCLES", "Dma"]
+__all__ = ["Dma"]
 
-PERIPHERAL_CYCLES = 5
-MEMORY_CYCLES = 4
 STREAMS = 8
 
 LISR, HISR, LIFCR, HIFCR = range(0x00, 0x10, 4)
@@ -85,7 +83,7 @@ class _Controller(BlockInC):
         super().__init__(services.time, block, library.hil_streams_free, base=base, registers=registers)
         asking = functools.partial
         self.reset: Callable[[], None] = asking(library.hil_streams_reset, self.block)
-        self.set_bus_cycle: Callable[[int], None] = asking(library.hil_streams_bus_cycle, self.block)
+        self.clock: Callable[[int], None] = asking(library.hil_streams_clock, self.block)
         self.bar: Callable[[int, int], bool] = asking(library.hil_streams_bar, self.block)
         self._join: Callable[[Any, Any], None] = asking(library.hil_streams_join, self.block)
         self._select: Callable[[int, Any, int], None] = asking(library.hil_streams_select, self.block)
@@ -156,6 +154,7 @@ class Dma(PeripheralInC):
             self._controller.join(core, irqs)
         for stream in range(STREAMS):
             sources.connect(stream, functools.partial(self._listen, stream, 0))
+        self.reset()
 
     def registers_of(self) -> Iterable[Register]:
         """Return the flags and the registers of each stream."""
@@ -179,8 +178,8 @@ class Dma(PeripheralInC):
         self.after_clock_change()
 
     def after_clock_change(self) -> None:
-        """Take over the rate of the bus; in Stop mode, in which it stands still, it counts as that of the core."""
-        self._controller.set_bus_cycle(self.services.clocks.pclk("AHB") or 1)
+        """Take over rate and gate of the bus; in Stop mode, in which it stands still, its rate is that of the core."""
+        self._controller.clock(self.services.clocks.pclk("AHB") or 1)
 
     # --- what C asks
 
@@ -226,7 +225,7 @@ def _library() -> Any:
     library.hil_streams_new.argtypes, library.hil_streams_new.restype = (pointer, _ASK, pointer, flag), pointer
     library.hil_streams_free.argtypes, library.hil_streams_free.restype = (pointer,), None
     library.hil_streams_reset.argtypes, library.hil_streams_reset.restype = (pointer,), None
-    library.hil_streams_bus_cycle.argtypes, library.hil_streams_bus_cycle.restype = (pointer, word), None
+    library.hil_streams_clock.argtypes, library.hil_streams_clock.restype = (pointer, word), None
     library.hil_streams_join.argtypes, library.hil_streams_join.restype = (pointer, pointer, pointer), None
     library.hil_streams_bar.argtypes, library.hil_streams_bar.restype = (pointer, word, word), flag
     library.hil_streams_select.argtypes, library.hil_streams_select.restype = (pointer, word, pointer, word), None

@@ -238,8 +238,8 @@ class Usart(UsartBase):
     def _write_control(self, offset: int, value: int) -> None:
         value = self._permitted(offset, value)
         changed = self[offset] ^ value
-        self[offset] = value
-        if changed:
+        if not self.in_c.store(offset, value):
+            self[offset] = value
             self._configure()
         if offset == CR1 and changed & OVER8:
             self.after_clock_change()

@@ -17,7 +17,9 @@
  * - A request that finds no room in the FIFO, or nothing in it, waits: no overrun or underrun is ever flagged (FEIF).
  * - A stream that is enabled while flags of it are set runs all the same; it is noted.
  * - A write of the protected bits of an enabled stream leaves them as they are, which is noted unless it clears EN too.
- * - A stream that is disabled ends an access under way without a trace, and then stores what is in its FIFO.
+ * - A stream that is disabled ends an access under way without a trace, and then stores what is in its FIFO. One that
+ *   stops itself, by what it writes, makes no further beat of the burst.
+ * - While the gate of its clock is shut, streams stand still; an access under way is made anew when it opens.
  * - Memory to memory in a controller that cannot is a transfer error. PSIZE and MSIZE of 3 are taken for 32 bits. */
 #include "dma_stream.h"
 
@@ -32,7 +34,7 @@ enum { PERIPHERAL_CYCLES = 5, MEMORY_CYCLES = 4, FIFO_BYTES = 16, MOST_SELECTED 
 enum { LISR, HISR, LIFCR, HIFCR, FIRST };
 enum { CR, NDTR, PAR, M0AR, M1AR, FCR, STREAM_WORDS };
 
-enum { FEIF = 1 << 0, DMEIF = 1 << 2, TEIF = 1 << 3, HTIF = 1 << 4, TCIF = 1 << 5, FLAGS = 0x3D };
+enum { FEIF = 1 << 0, DMEIF = 1 << 2, TEIF = 1 << 3, HTIF = 1 << 4, TCIF = 1 << 5 };
 enum {                                                                                          /* CR */
   EN = 1 << 0, ENABLES = 0x1E, PFCTRL = 1 << 5, DIR = 6, CIRC = 1 << 8, PINC = 1 << 9, MINC = 1 << 10, PSIZE = 11,
   MSIZE = 13, PINCOS = 1 << 15, PL = 16, DBM = 1 << 18, CT = 1 << 19, PBURST = 21, MBURST = 23, BURSTS = 0xF << 21,
@@ -52,8 +54,9 @@ struct setting {
 };
 
 /* runs: it is enabled and has something to do. closing: it was disabled, and only empties its FIFO. in_access: an access
- * of it is being made, and what it wants then is asked after that. moves: the memory port has begun to empty or to fill
- * the FIFO. left: items still to pass the peripheral port. arrived, half, to_fetch: bytes. happened: flags to be set. */
+ * of it is being made that has not stopped it; what it wants then is asked after that. moves: the memory port has begun
+ * to empty or to fill the FIFO. left: items still to pass the peripheral port. arrived, half, to_fetch: bytes. happened:
+ * flags to be set. */
 struct stream {
   struct setting setting;
   bool runs, closing, in_access, moves, irq;
@@ -243,6 +246,8 @@ static bool access_peripheral(struct hil_streams *dma, struct stream *stream, ui
     } else {
       if (!store(dma, stream->peripheral, size, take(stream, size)))
         return false;
+      if (!stream->in_access)
+        return true;
       arrive(stream, size);
     }
     stream->peripheral += setting->peripheral_step;
@@ -264,6 +269,8 @@ static bool access_memory(struct hil_streams *dma, struct stream *stream, uint32
       uint32_t bytes = least(size, stream->level);
       if (!store(dma, stream->memory, size, take(stream, bytes)))
         return false;
+      if (!stream->in_access)
+        return true;
       arrive(stream, bytes);
     } else {
       if (!fetch(dma, stream->memory, size, &value))
@@ -303,7 +310,7 @@ static void stop(struct hil_streams *dma, uint32_t n) {
   struct stream *stream = &dma->streams[n];
   if (stream->runs)
     registers(dma, n)[NDTR] = stream->left;
-  stream->runs = false;
+  stream->runs = stream->in_access = false;
   registers(dma, n)[CR] &= ~(uint32_t)EN;
   look(dma, n);
 }
@@ -660,13 +667,17 @@ HIL_EXPORT void hil_streams_reset(struct hil_streams *dma) {
   for (uint32_t n = 0; n < STREAMS; n++) {
     registers(dma, n)[FCR] = 0x21;
     dma->streams[n].flags = dma->streams[n].reload = 0;
-    dma->streams[n].runs = false;
+    dma->streams[n].runs = dma->streams[n].in_access = false;
     drive_irq(dma, n);
   }
 }
 
-/* So many cycles of the core are one of the bus. */
-HIL_EXPORT void hil_streams_bus_cycle(struct hil_streams *dma, uint32_t cycles) { dma->bus_cycle = cycles; }
+/* Its clock has changed, or its gate: so many cycles of the core are one of the bus. */
+HIL_EXPORT void hil_streams_clock(struct hil_streams *dma, uint32_t bus_cycle) {
+  dma->bus_cycle = bus_cycle;
+  for (uint32_t n = 0; n < STREAMS; n++)
+    hil_stream_asked(dma, n);
+}
 
 /* Reach the memory of a core, but for what is barred, and drive its interrupts without asking Python. */
 HIL_EXPORT void hil_streams_join(struct hil_streams *dma, struct hil_cpu *cpu, const uint32_t *irqs) {

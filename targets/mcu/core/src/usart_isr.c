@@ -281,7 +281,7 @@ static bool write_control(struct hil_usart *usart, uint32_t word, uint32_t value
 static bool write(struct hil_block *block, uint32_t word, uint32_t value) {
   struct hil_usart *usart = (struct hil_usart *)block;
   struct hil_registers *registers = &block->registers;
-  if (word > TDR || value & registers->ignored[word])
+  if (word > TDR || value & registers->ignored[word] & ~registers->values[word])
     return false;
   uint32_t writable = registers->writable[word], *r = registers->values;
   if (word == TDR)

@@ -82,6 +82,12 @@ class Rig:
         assert self.flags(number) == set(NAMES.values())
         self.clear(number, 0x3D & ~wanted)
 
+    def gate(self, clocked):
+        """Open or shut the gate of its clock, as RCC does."""
+        self.dma.before_clock_change()
+        self.dma.clocked = clocked
+        self.dma.after_clock_change()
+
     def irq(self, number):
         return self.chip.irq(IRQS[number])
 

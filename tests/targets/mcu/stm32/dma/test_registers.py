@@ -6,7 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from targets.mcu.stm32.dma import Dma
+from targets.mcu.stm32.dma_requests import Channels, Requests
 from targets.mcu.stm32f7.dma_map import DMA1, DMA2
+from targets.mcu.testing import FakeChip, peek, poke
 from tests.each import each
 
 RAM, PORT = 0x2000_0000, 0x4001_0000
@@ -14,11 +17,25 @@ EN, DMEIE, TEIE, HTIE, TCIE, PFCTRL = (1 << bit for bit in range(6))
 M2P, M2M, CIRC, PINC, MINC = 1 << 6, 2 << 6, 1 << 8, 1 << 9, 1 << 10
 DBM, CT = 1 << 18, 1 << 19
 FIFO = 0x25
+ACCESS = 5 + 4  # cycles of AHB in the peripheral's access and the memory's
 
 
 def test_reset_values(rig):
     for offset, register in rig.dma.registers.items():
         assert rig.dma.read(offset) == (0x21 if register.name.endswith("FCR") and register.name[0] == "S" else 0)
+
+
+def test_it_is_made_as_it_is_after_a_reset():
+    chip, requests = FakeChip(dividers={"AHB": 2}), Requests()
+    sources = Channels(requests, {(0, 0): ("X",)})
+    dma = Dma("DMA2", 0x4002_6400, chip.services, sources=sources, irqs=range(8), between_memories=True)
+    chip.bus.load(RAM, bytes(4))
+    assert peek(dma, "S0FCR") == 0x21
+    for register, value in (("NDTR", 1), ("PAR", RAM), ("M0AR", RAM + 2), ("CR", EN | TCIE)):
+        poke(dma, f"S0{register}", value)
+    requests.line("X").pulse()
+    chip.advance(100)
+    assert chip.irq(0).rises == [2 * ACCESS]
 
 
 @pytest.mark.parametrize("number", range(8))

@@ -386,6 +386,30 @@ class TestDisabling:
         assert len(rig.bus.accesses) == done
         assert rig.peek("S0CR") == rig.peek("LISR") == 0
 
+    def test_a_stream_that_stops_itself_makes_no_further_beat(self, rig):
+        """Four words for its own CR: the first ends it, and the second would have it begin anew."""
+        control = MINC | M2P | sizes(2, 2) | bursts(1, 0)
+        rig.bus.load(RAM, b"".join(word.to_bytes(4, "little") for word in (0, control | 3 << 25 | EN, 0, 0)))
+        rig.stream(0, control | EN, 8, rig.dma.base + 0x10, fcr=FIFO | 3)
+        rig.chip.advance(100)
+        rig.serve(0)
+        assert rig.accesses("write", rig.dma.base) == [rig.dma.base + 0x10]
+        assert not rig.peek("S0CR") & EN
+        assert rig.peek("S0NDTR") == 8
+
+    def test_without_its_clock_nothing_goes_on_until_it_comes_back(self, rig):
+        data = rig.fill(PORT, 64)
+        rig.stream(0, EN | M2M | PINC | MINC, 64)
+        rig.chip.advance(61)
+        rig.gate(False)
+        done = len(rig.bus.accesses)
+        rig.chip.advance(2000)
+        assert len(rig.bus.accesses) == done
+        rig.gate(True)
+        rig.chip.advance(2000)
+        assert rig.bus.dump(RAM, 64) == data
+        assert rig.flags(0) == {"HT", "TC"}
+
 
 class TestFlowController:
     def test_the_peripheral_says_when(self, rig):
@@ -403,6 +427,11 @@ class TestFlowController:
     def test_otherwise_it_is_not_asked(self, rig):
         rig.stream(0, EN | MINC, 5)
         rig.line(0).end()
+        assert rig.peek("S0CR") & EN
+
+    def test_nor_is_the_peripheral_of_another_channel(self, rig):
+        rig.stream(0, EN | PFCTRL | MINC, 0)
+        rig.requests.line("X").end()
         assert rig.peek("S0CR") & EN
 
 

@@ -8,6 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from targets.mcu.services import Watch
+
 PE, FE, NF, ORE, IDLE, RXNE, TC, TXE, LBDF, CTSIF, CTS, RTOF, EOBF = (1 << bit for bit in range(13))
 BUSY, CMF, SBKF, RWU, WUF, TEACK, REACK = (1 << bit for bit in range(16, 23))
 UE, RE, TE, PS, PCE, M0, OVER8, M1 = 1 << 0, 1 << 2, 1 << 3, 1 << 9, 1 << 10, 1 << 12, 1 << 15, 1 << 28
@@ -225,3 +227,19 @@ def test_a_clock_that_stands_still_is_no_misuse(open_port):
     assert open_port.flags == TXE | TC
     assert open_port.tx.level is True
     assert not open_port.chip.noted()
+
+
+@pytest.mark.parametrize(("register", "remembered", "enable"), [("CR1", 1 << 1, 1 << 6), ("CR3", 1 << 14, 1 << 0)])
+def test_an_enable_beside_a_bit_that_is_only_remembered_sets_up_nothing_anew(port, register, remembered, enable):
+    """What was kept of the words that were sent stays one piece; UESM is remembered, and DEM would be without UE."""
+    port.tx.set_watch(Watch.NOBODY)
+    port.usart.keeps_words = True
+    port.open(0x20, TE)
+    port.set(register, remembered)
+    for value in (0x55, 0x66):
+        port.poke("TDR", value)
+        port.bits(12)
+        port.poke(register, port.peek(register) | remembered | enable)
+    assert [words.bits for words in port.usart.take_words()] == [[0x55, 0x66]]
+    assert port.peek(register) & enable
+    assert port.chip.noted("unmodelled") == [f"USART3_{register}"]
