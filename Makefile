@@ -131,13 +131,13 @@ wheels:           ## manylinux wheels for x86-64 and ARM into dist, cross-compil
 docs:             ## write anew what the docs take from the code, and serve them as a site: http://127.0.0.1:8000
 	@.ci/setup $(VENV) dev,docs
 	$(BIN)/python docs/generate.py
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs serve --strict
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs serve --strict --config-file docs/site/mkdocs.yml
 
 .PHONY: site
 site:             ## the site as files in build/site, which need no server but for the search
 	@.ci/setup $(VENV) dev,docs
 	$(BIN)/python docs/generate.py
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --config-file docs/site/mkdocs.yml
 
 clean:
 	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

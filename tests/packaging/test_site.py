@@ -25,7 +25,7 @@ FROM_ELSEWHERE = re.compile(rb"""(?:@import|url\()\s*["']?(?:https?:)?//""")
 
 
 def test_each_page_has_one_place_in_the_navigation():
-    places = Counter(PLACE.findall((ROOT / "mkdocs.yml").read_text(encoding="utf-8")))
+    places = Counter(PLACE.findall((ROOT / "docs" / "site" / "mkdocs.yml").read_text(encoding="utf-8")))
     assert places == Counter(page.relative_to(DOCS).as_posix() for page in PAGES)
 
 
@@ -56,6 +56,7 @@ def test_the_readme_is_short_and_its_figures_are_those_of_the_mutants():
 @pytest.mark.skipif(importlib.util.find_spec("mkdocs") is None, reason="the extra 'docs' is not installed")
 def test_the_site_is_built_strictly_and_loads_nothing_from_elsewhere(tmp_path):
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")]
+    command += ["--config-file", str(DOCS / "site" / "mkdocs.yml")]
     environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1"}
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
