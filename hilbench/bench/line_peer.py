@@ -111,14 +111,14 @@ class LinePeer(ABC, Generic[MessageT]):
     # --- what was refused
 
     def refused(self, since: int = 0) -> str:
-        """Say what came that was no frame, for the end of a sentence; "" if nothing did.
+        """Say what came that was no frame, or is none yet, for the end of a sentence; "" if nothing did.
 
         Args:
             since: how many had been refused before.
         """
-        drops = self.dropped[since:]
+        drops, begun = self.dropped[since:], self._timed.begun
         if not drops:
-            return ""
+            return f"; {begun.hex(' ').upper()} came, which is no whole frame" if begun else ""
         count = f"{len(drops)} time{'s' * (len(drops) != 1)}"
         return f"; {count} what came was refused, first for {drops[0].reason}{self._reading_of(drops[0])}"
 
@@ -277,6 +277,7 @@ class LinePeer(ABC, Generic[MessageT]):
         self.received.clear()
         self.dropped.clear()
         self._timed.bytes_received = 0
+        self._timed.begun = b""
 
     # --- the line
 
@@ -286,6 +287,7 @@ class LinePeer(ABC, Generic[MessageT]):
         self.line_expected = True
         self._went_away = False
         self._begin_reading()
+        self._timed.begun = b""
         port.on_receive = self._take
         port.on_line = self._line_changed
 

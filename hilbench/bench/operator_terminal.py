@@ -38,14 +38,14 @@ class PersonAtTerminal:
         """See `Somebody`: a line is waited for that begins an answer; an empty one says that something is done."""
         clauses = f"{', '.join(asked.clause_ids)}: " if asked.clause_ids else ""
         wanted = ", then Enter" if asked.to_do else f" {', '.join(asked.answers)}"
-        self._say(f"{_CLEAR_LINE}{clauses}{asked.text}{wanted} (or {CANNOT}; within {LIMIT_S:g} s): ")
+        self._prompt(f"{_CLEAR_LINE}{clauses}{asked.text}{wanted} (or {CANNOT}; within {LIMIT_S:g} s): ")
         end_s = bench.now_s + LIMIT_S
         while True:
             line = self._line(bench, max(0.0, end_s - bench.now_s))
             found = DONE if asked.to_do and not line else _begun_with(line, asked)
             if found:
                 return found
-            self._say(f"'{line}' is none of {', '.join((*asked.answers, CANNOT))}: ")
+            self._prompt(f"'{line}' is none of {', '.join((*asked.answers, CANNOT))}: ")
 
     def last(self, asked: Asked) -> None:
         """See `Somebody`."""
@@ -56,9 +56,7 @@ class PersonAtTerminal:
         os.close(self._fd)
 
     def _line(self, bench: Bench, within_s: float) -> str:
-        """Wait for a line; what was typed before the question is none."""
-        with contextlib.suppress(termios.error):
-            termios.tcflush(self._fd, termios.TCIFLUSH)
+        """Wait for a line."""
         typed = _Typed(self._fd)
         try:
             bench.scheduler.add_source(typed)
@@ -71,6 +69,12 @@ class PersonAtTerminal:
         if not typed.data.endswith(b"\n"):
             raise NobodyThereError("the operator has left the terminal")
         return typed.data.decode(errors="replace").strip().lower()
+
+    def _prompt(self, text: str) -> None:
+        """Ask; what was typed before is no answer."""
+        with contextlib.suppress(termios.error):
+            termios.tcflush(self._fd, termios.TCIFLUSH)
+        self._say(text)
 
     def _say(self, text: str) -> None:
         with contextlib.suppress(OSError):

@@ -11,6 +11,7 @@ __all__ = ["TimedReader"]
 ItemT = TypeVar("ItemT")
 
 _KEPT_BYTE_TIMES = 1024
+_KEPT_BEGUN = 32
 
 
 class TimedReader(Generic[ItemT]):
@@ -21,10 +22,12 @@ class TimedReader(Generic[ItemT]):
 
     Attributes:
         bytes_received: how many bytes came in all, or since it was set back to 0.
+        begun: the latest bytes, that have completed nothing yet; `_KEPT_BEGUN` of them at most.
     """
 
     def __init__(self, read: Callable[[bytes, int], Iterable[ItemT]]) -> None:
         self.bytes_received = 0
+        self.begun = b""
         self._read = read
         self._byte_times_ns: deque[int] = deque(maxlen=_KEPT_BYTE_TIMES)
 
@@ -38,7 +41,10 @@ class TimedReader(Generic[ItemT]):
         for index in range(len(data)):
             self.bytes_received += 1
             self._byte_times_ns.append(at_ns)
-            yield from self._read(data[index : index + 1], at_ns)
+            self.begun = (self.begun + data[index : index + 1])[-_KEPT_BEGUN:]
+            for item in self._read(data[index : index + 1], at_ns):
+                self.begun = b""
+                yield item
 
     def start_ns(self, frame: bytes) -> int:
         """Return the bench time, in ns, at which the first byte came of a frame that ends with the latest byte.

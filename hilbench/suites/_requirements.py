@@ -190,12 +190,13 @@ def require_slope(
 
 def require_turn_rate(seen: Sequence[Seen], rate_deg_s: float, session: Session) -> None:
     """Require the mean rate at which the heading changes."""
+    left, right = medians_mm_s(seen)
     near(
         turn_rate_deg_s(seen, session.robot),
         rate_deg_s,
         TURN_RATE * abs(rate_deg_s),
         unit="deg/s",
-        what="rate of turn",
+        what=f"wheels at {left:.0f} and {right:.0f} mm/s, rate of turn by the heading",
         uncertainty=abs(rate_deg_s) * 2 * session.uncertainty_s(seen[0].start_ns) / seen[-1].after_s(seen[0].start_ns),
     )
 

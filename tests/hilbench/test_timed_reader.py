@@ -39,6 +39,15 @@ def test_each_frame_of_a_chunk_is_there_before_the_byte_behind_it(reader):
     assert reader.bytes_received == 6
 
 
+def test_what_completes_nothing_is_kept_as_far_as_it_can_be_shown(reader):
+    list(reader.receive(b"ab\ncd", 10))
+    assert reader.begun == b"cd"
+    list(reader.receive(b"e" * 40, 20))
+    assert reader.begun == b"e" * 32
+    list(reader.receive(b"\n", 30))
+    assert reader.begun == b""
+
+
 def test_of_a_frame_longer_than_what_is_remembered_the_oldest_time_is_given(reader):
     list(reader.receive(b"a", 10))
     (frame,) = reader.receive(b"b" * 2000 + b"\n", 20)

@@ -56,7 +56,8 @@ def test_negative_velocity_drives_backwards(peer: Peer) -> None:
     seen = [first, *ramp, *require_speeds(session, -200, -200)]
     steps = [b.x_mm - a.x_mm for a, b in pairwise(poses(seen, session.robot))]
     if not sum(steps) < 0 or max(steps) > STANDING_UNITS * session.robot.distance_unit_mm:
-        raise Violation("X does not decrease", peer.evidence())
+        text = f"X goes by {sum(steps):.0f} mm, and by {max(steps):.0f} mm between two SIPs, while both wheels go back"
+        raise Violation(text, peer.evidence())
     require_fifteen_bits(seen, peer)
     session.leave()
 
