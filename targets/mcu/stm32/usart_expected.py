@@ -85,7 +85,8 @@ class Expected:
             return
         cycle_at_ns = self._time.cycle_at_ns
         first = len(self._bits) - count
-        cycles = array("Q", [cycle_at_ns(ns) for ns in self._starts_ns[first:]])
+        # What has begun in the past may lie before the first cycle, as long as cycles are now.
+        cycles = array("Q", [max(cycle_at_ns(ns), 0) for ns in self._starts_ns[first:]])
         words = array("Q", self._bits[first:])
         forms = self._forms
         for index in range(first, len(forms)):

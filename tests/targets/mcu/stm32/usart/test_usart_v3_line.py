@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from targets.mcu.serial_line import SerialFormat
+from targets.mcu.serial_line import SerialFormat, Words
 
 PE, FE, NF, ORE, IDLE, RXNE, TC, TXE = (1 << bit for bit in range(8))
 LBDF, CTSIF, RTOF, BUSY, CMF, SBKF, RWU = (1 << bit for bit in (8, 9, 11, 16, 17, 18, 19))
@@ -487,3 +487,14 @@ def test_receive_takes_a_frame_of_another_format(open_port):
     open_port.usart.receive(frame)
     open_port.bits(20)
     assert open_port.words == [(0x2A | 0x80, 0)]
+
+
+def test_a_frame_of_the_past_may_be_expected_while_the_clock_gets_faster(make_port):
+    """At the new rate its start lies before the first cycle."""
+    port = make_port(8_000_000, kernel_hz=8_000_000).open()
+    later_ns = port.chip.time.ns(port.now) + 1000
+    port.usart.expect(Words([0, later_ns], [0x55, 0x66], Fraction(16, 8_000_000), 8))
+    port.chip.change_clock(216_000_000)
+    port.bits(40)
+    assert port.usart.expected == 0
+    assert port.words[-1][0] == 0x66
