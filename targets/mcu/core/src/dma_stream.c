@@ -99,10 +99,6 @@ static uint32_t *registers(struct hil_streams *dma, uint32_t n) {
   return &dma->block.registers.values[FIRST + STREAM_WORDS * n];
 }
 
-static uint32_t number_of(const struct hil_streams *dma, const struct stream *stream) {
-  return (uint32_t)(stream - dma->streams);
-}
-
 /* --- flags and interrupts */
 
 static void drive_irq(struct hil_streams *dma, uint32_t n) {
