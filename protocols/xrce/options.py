@@ -86,8 +86,8 @@ class ClientOptions:
         client_key: 4 bytes, another one for each client of an agent, not all of them 0.
         session_id: 0x81 is micro-ROS's (Micro-XRCE-DDS-Client, session.c uxr_init_session); below 0x80 each message
             has the key in its header.
-        mtu: the longest message, in bytes, which is told to the agent; 512 is that of its serial transports.
-        properties: names and values that are told to the agent.
+        mtu: the longest message, in bytes, as announced to the agent; 512 is that of its serial transports.
+        properties: names and values that are sent to the agent.
         attempts: how often CREATE_CLIENT and DELETE are sent until they are answered; 10
             (UCLIENT_MAX_SESSION_CONNECTION_ATTEMPTS).
         retry_s: time between these; 1 s (UCLIENT_MIN_SESSION_CONNECTION_INTERVAL).

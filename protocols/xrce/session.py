@@ -153,7 +153,7 @@ class Session(MachineConnection[State, Trigger, Action, Timer, Event, Counters])
         return self._user(ClientTrigger.CONNECT, now_ns)
 
     def disconnect(self, now_ns: int) -> list[Event]:
-        """Client: asks for the end of the session. Agent: forgets its client, which is told nothing.
+        """Client: asks for the end of the session. Agent: forgets its client and sends it nothing.
 
         Raises:
             LocalProtocolError: there is none; nothing is changed then.

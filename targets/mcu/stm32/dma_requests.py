@@ -24,7 +24,7 @@ class Request:
     """One line; see `targets.mcu.services.DmaRequest`. It may lead to several streams, and to none.
 
     Args:
-        block: ``struct hil_request_lines *``.
+        owner: all lines of the chip.
         number: of the line.
 
     Attributes:
@@ -32,10 +32,11 @@ class Request:
         in_c: the line in C.
     """
 
-    __slots__ = ("_block", "_on_last", "in_c", "number", "pulse", "set")
+    __slots__ = ("_block", "_on_last", "_owner", "in_c", "number", "pulse", "set")
 
-    def __init__(self, block: ctypes.c_void_p, number: int) -> None:
-        library = _library()
+    def __init__(self, owner: Requests, number: int) -> None:
+        library, block = _library(), owner.block
+        self._owner = owner  # which frees what is in C
         self.number = number
         self.in_c = RequestInC(block, number)
         self.set: Callable[[bool], None] = functools.partial(library.hil_lines_drive, block, number)
@@ -86,7 +87,7 @@ class Requests:
         """Return the line of that name."""
         if name not in self._lines:
             assert len(self._by_number) < _MOST_LINES, "no chip has that many"
-            self._lines[name] = Request(self.block, len(self._by_number))
+            self._lines[name] = Request(self, len(self._by_number))
             self._by_number.append(self._lines[name])
         return self._lines[name]
 
@@ -105,7 +106,7 @@ class Sources(Protocol):
         """All lines of the chip."""
 
     def connect(self, stream: int, on_change: Callable[[], None]) -> None:
-        """Have a stream told when it is to listen to others than it was enabled with."""
+        """Call `on_change` when a stream is to listen to other requests than it was enabled with."""
 
     def selected(self, stream: int, channel: int) -> Sequence[Request]:
         """Return what a stream listens to that is enabled with that value of CHSEL."""

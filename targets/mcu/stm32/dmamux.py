@@ -104,7 +104,7 @@ class DmaMux(Peripheral):
     # --- between requests and streams
 
     def connect(self, channel: int, on_change: Callable[[], None]) -> None:
-        """Have a stream told when a channel leads another request to it."""
+        """Call `on_change` when a channel leads another request to its stream."""
         self._listeners[channel] = on_change
 
     def outlet(self, channel: int) -> Sequence[Request]:
@@ -135,7 +135,7 @@ class Outlets:
         return self._mux.requests
 
     def connect(self, stream: int, on_change: Callable[[], None]) -> None:
-        """Have a stream told when another request leads to it."""
+        """Call `on_change` when another request leads to a stream."""
         self._mux.connect(self._first + stream, on_change)
 
     def selected(self, stream: int, _channel: int) -> Sequence[Request]:

@@ -11,6 +11,7 @@ the moment at which ADDR was cleared (choices).
 
 from __future__ import annotations
 
+import abc
 from collections.abc import Callable
 from typing import ClassVar
 
@@ -51,7 +52,7 @@ from targets.mcu.stm32f1.i2c_smbus import AlertPin, LowLimit
 __all__ = ["Block"]
 
 
-class Block(Peripheral):
+class Block(Peripheral, abc.ABC):
     """See the module.
 
     Args:
@@ -214,9 +215,9 @@ class Block(Peripheral):
         self[SR1] |= SMBALERT
         self._update()
 
+    @abc.abstractmethod
     def _timed_out(self) -> None:
         """SCL was low for too long."""
-        raise NotImplementedError
 
     # --- lines
 

@@ -16,6 +16,8 @@ Choices where the manual is silent:
 
 from __future__ import annotations
 
+import abc
+
 from targets.mcu.stm32f1.i2c_addresses import ALERT_RESPONSE, header_matches, own_address, second_byte
 from targets.mcu.stm32f1.i2c_block import Block
 from targets.mcu.stm32f1.i2c_registers import (
@@ -232,9 +234,9 @@ class Slave(Block):
         self._forget_pec()
         self._set_state(OF_A_MESSAGE, 0)
 
+    @abc.abstractmethod
     def _freed(self) -> None:
         """The other master has left the bus: BUSY ends, and START is heard."""
-        raise NotImplementedError
 
     # --- what the program does
 
