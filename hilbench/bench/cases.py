@@ -81,7 +81,7 @@ class CaseBase(ABC):
         }
         most_ns = max(one.whole_ns for one in late.values())
         # What is small beside the other is no cause.
-        cause = " and ".join(f"{name} {one}" for name, one in late.items() if 4 * one.whole_ns >= most_ns)
+        cause = " and ".join(f"{name} {one}" for name, one in late.items() if 4 * one.whole_ns >= max(most_ns, 1))
         whole_ns = sum(one.whole_ns for one in late.values())
         return Doubt(lateness_s=whole_ns / NS_PER_S, cause=cause, lived=self.bench.far_lived(since_ns))
 

@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
 from hilbench.bench import Bench
-from hilbench.bench.line_peer import LinePeer, Received, Sound, Unsound
+from hilbench.bench.line_peer import LinePeer, Sound, Unsound
 from hilbench.errors import UsageError
 from hilbench.links import Port
 from hilbench.plugins.protocol import API, ProtocolPlugin
 from protocols.common.checksum import Checksum
-from protocols.common.item_words import said
+from protocols.common.decoding import Decoder
 from protocols.common.items import Item, Kind
 
 __all__ = ["QUIET_WITHIN_S", "RAW", "ProtocolPeer", "peer_of"]
@@ -68,11 +68,11 @@ class ProtocolPeer(LinePeer[Any]):
         super().__init__(bench, port)
 
     def _begin_reading(self) -> None:
-        self._decoder = self.protocol.decoder(self._options, "target")
+        self._stream = self.protocol.decoder(self._options, "target")
 
     def _read(self, data: bytes, at_ns: int) -> Iterator[Sound[Any] | Unsound]:
         del at_ns
-        for item in self._decoder.feed(data):
+        for item in self._stream.feed(data):
             if item.kind is Kind.DROPPED:
                 yield Unsound(reason=item.name, data=item.raw)
             else:
@@ -82,13 +82,8 @@ class ProtocolPeer(LinePeer[Any]):
     def _checksum(self) -> Checksum | None:
         return None if self.protocol.checksum is None else self.protocol.checksum(self._options)
 
-    def _words_of(self, got: Received[Any]) -> str:
-        """Return what the decoder says of it, and its bytes."""
-        data = super()._words_of(got)
-        if got.packet is None or isinstance(got.packet, bytes):
-            return data
-        read = self.protocol.decoder(self._options, "target").feed(got.raw)
-        return "  ".join([*map(said, read), f"[{data}]"])
+    def _decoder(self, sent: bool) -> Decoder:
+        return self.protocol.decoder(self._options, "host" if sent else "target")
 
     def frame_of(self, message: Any) -> bytes:
         """Return the frame of a message.

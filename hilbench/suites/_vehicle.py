@@ -12,7 +12,7 @@ from typing import TypeVar, cast
 
 from hilbench.bench import Bench
 from hilbench.bench.cases import CaseBase
-from hilbench.bench.line_peer import Received
+from hilbench.bench.line_peer import Received, in_words
 from hilbench.check import CaseSetup, Untimely, Violation, at_most, case, near, try_members, within
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError
@@ -31,6 +31,7 @@ from protocols.autoware import (
 )
 from protocols.carla import COMMAND_BYTES, CommandFrame, Mode, StatusFrame
 from protocols.carla.clauses import BOARD_CLAUSES
+from targets.robots.vehicle_interface import SIMULATOR_LINE
 
 __all__ = [
     "COMMAND",
@@ -44,7 +45,6 @@ __all__ = [
     "Frame",
     "Vehicle",
     "on_board",
-    "shown",
     "status_of",
     "vehicle_bench",
 ]
@@ -117,11 +117,6 @@ def on_board(
 def vehicle_bench(bench: CaseBench) -> VehicleBench:
     """Return the bench of a case as one with a vehicle-interface board."""
     return VehicleOnBoard(bench) if isinstance(bench, BoardCase) else cast("VehicleBench", bench)
-
-
-def shown(frames: Sequence[Frame]) -> Sequence[str]:
-    """Return frames as lines for a report: time, mode, bytes."""
-    return [f"{got.start_ns / NS_PER_S:10.4f} s  {got.raw.hex(' ').upper()}" for got in frames]
 
 
 class Vehicle:
@@ -270,6 +265,10 @@ class Vehicle:
 
     # --- frames
 
+    def shown(self, frames: Sequence[Frame]) -> Sequence[str]:
+        """Return frames of the simulator's line as lines for a report."""
+        return [in_words(got.at_ns, f"{SIMULATOR_LINE:9} {self.simulator.heard(got)}") for got in frames]
+
     def mark(self) -> int:
         """Return a position in the frames of the simulator's line."""
         return self.simulator.mark()
@@ -292,7 +291,7 @@ class Vehicle:
         if not self.bench.run_until(lambda: bool(found()), within_s + SPARE_S):
             self.simulator.require_line()
             text = f"no frame of mode {mode} within {within_s:g} s"
-            raise Untimely(text, shown(self.frames(mark)[-6:]), spare_s=SPARE_S)
+            raise Untimely(text, self.shown(self.frames(mark)[-6:]), spare_s=SPARE_S)
         self._require_within(begun_ns, within_s, f"a frame of mode {mode} came after")
         return found()[0]
 
@@ -308,7 +307,7 @@ class Vehicle:
         if others:
             times = ", ".join(f"{got.start_ns / NS_PER_S:.4f}" for got in others[:5])
             text = f"{len(others)} of {len(frames)} frames have another mode than {mode}, at {times} s"
-            raise Violation(text, shown(others[:6]))
+            raise Violation(text, self.shown(others[:6]))
 
     def require_steps(self, frames: Sequence[Frame], step_s: float, what: str) -> None:
         """Require that frames begin at a steady pace.
@@ -344,7 +343,7 @@ class Vehicle:
         for name in ("steering", "steering_rate", "speed", "acceleration", "jerk", "mode"):
             found, value = getattr(got.packet, name), getattr(wanted, name)
             if not abs(found - value) <= max(off, 1e-6 * max(1.0, abs(value))):
-                raise Violation(f"{what}: {name} is {found:g}, required {value:g}", shown([got]))
+                raise Violation(f"{what}: {name} is {found:g}, required {value:g}", self.shown([got]))
 
     def require_nothing_between(self) -> None:
         """Require that behind each frame stands its NUL, and nothing but that between frames.
@@ -355,10 +354,11 @@ class Vehicle:
         peer = self.simulator
         if peer.dropped:
             between = peer.dropped[0].data[:COMMAND_BYTES].hex(" ").upper()
-            raise Violation(f"{between} stands between the frames of {COMMAND_BYTES} bytes", shown(self.frames()[:3]))
+            text = f"{between} stands between the frames of {COMMAND_BYTES} bytes"
+            raise Violation(text, self.shown(self.frames()[:3]))
         count = len(self.frames())
         if peer.paddings < count - 1:  # that of the last one may be on its way
-            raise Violation(f"{peer.paddings} NULs stand behind {count} frames", shown(self.frames()[-3:]))
+            raise Violation(f"{peer.paddings} NULs stand behind {count} frames", self.shown(self.frames()[-3:]))
 
     # --- statuses and reports
 

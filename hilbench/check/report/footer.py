@@ -12,6 +12,8 @@ from hilbench.judging.observations import Coverage, Ledger, Pace, PortCounters
 from hilbench.judging.verdicts import Measure, Sampled
 
 _MOST_NAMES = 6
+_FAR_BEYOND = 10.0
+"""A figure so many tolerances beyond its limit says nothing as a share of it (choice)."""
 
 
 def lines(report: Report) -> list[str]:
@@ -46,10 +48,12 @@ def lines_of_notes(report: Report, suite: str = "", *, indent: str = "") -> list
 
 
 def margin_text(measure: Measure | None) -> str:
-    """Return a figure as its distance to the limit, in its unit and as a share of the tolerance."""
+    """Return a figure as its distance to the limit, in its unit and, unless far beyond, as a share of the tolerance."""
     if measure is None or measure.margin is None:
         return ""
-    return f"{_figure(measure.margin, 3, measure.unit)} ({relative_margin(measure):.0%})"
+    share = relative_margin(measure)
+    distance = _figure(measure.margin, 3, measure.unit)
+    return f"{distance} ({share:.0%})" if share > -_FAR_BEYOND else distance
 
 
 def _coverage(coverage: Coverage) -> str:

@@ -11,7 +11,7 @@ from hilbench.exit_codes import ExitCode
 from hilbench.judging.note_lines import notes_counted
 from hilbench.judging.verdicts import Verdict
 
-_EVIDENCE_LINES = 12
+_EVIDENCE_LINES = 16
 _MOST_CASES = 4
 _PLAIN_WIDTH = 10_000
 

@@ -35,11 +35,12 @@ def test_close_ends_the_session(peer: Peer) -> None:
     session.write(SYNC2)
     peer.run(0.7)
     last_ns = max((got.at_ns for got in peer.received[mark:]), default=sent_ns)
+    going_on = session.now_ns - last_ns < 2 * CYCLE_S * NS_PER_S
     at_most(
         (last_ns - sent_ns) / NS_PER_S,
         0.2,
         unit="s",
-        what="end of the last packet after CLOSE",
+        what="end of the last packet after CLOSE" + ", and more may follow: the check stopped looking" * going_on,
         uncertainty=session.uncertainty_s(sent_ns),
     )
     require_echo(peer, SYNC0)

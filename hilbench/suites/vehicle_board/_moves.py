@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from hilbench.check import Untimely
 from hilbench.clock import NS_PER_S
-from hilbench.suites._vehicle import MISSES, MODE_WITHIN_S, STATUS, STATUS_HZ, STATUS_MISS_S, Frame, Vehicle, shown
+from hilbench.suites._vehicle import MISSES, MODE_WITHIN_S, STATUS, STATUS_HZ, STATUS_MISS_S, Frame, Vehicle
 from protocols.autoware import AckermannControlCommand, VelocityReport
 from protocols.carla import VECTORS, CommandFrame, Mode, decode_command
 
@@ -77,7 +77,7 @@ def nine_misses(vehicle: Vehicle, mark: int, mode: Mode, count: int, step_s: flo
     vehicle.simulator.require_punctual(begun_ns, step_s / 4, WHICH)
     frames = vehicle.frames(mark)
     if not found:
-        raise Untimely(f"{len(frames)} frames came in {count} times {step_s:g} s", shown(frames))
+        raise Untimely(f"{len(frames)} frames came in {count} times {step_s:g} s", vehicle.shown(frames))
     vehicle.require_modes(frames, mode)
     vehicle.require_steps(frames, step_s, "between frames while nothing is said")
 

@@ -15,7 +15,6 @@ from hilbench.suites._vehicle import (
     TICK_S,
     Vehicle,
     on_board,
-    shown,
 )
 from hilbench.suites.vehicle_board._moves import (
     EXACTLY,
@@ -67,7 +66,7 @@ def test_a_status_ends_the_emergency_in_manual(vehicle: Vehicle) -> None:
     modes = [got.packet.mode for got in frames if got.packet is not None]
     if modes[:1] != [Mode.MANUAL] or Mode.AUTOWARE in modes:
         kind = Violation if Mode.AUTOWARE in modes else Untimely  # or the status has come too late for a frame
-        raise kind(f"the modes behind the status are {modes}, required MANUAL next", shown(frames))
+        raise kind(f"the modes behind the status are {modes}, required MANUAL next", vehicle.shown(frames))
     vehicle.require_frame(frames[0], BRAKE, "the first frame of MANUAL", vehicle.hands.off_share)
     vehicle.simulator.statuses.start(STATUS_HZ)
     vehicle.run(0.2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hilbench.check import Violation
-from hilbench.suites._vehicle import Frame, Vehicle, on_board, shown
+from hilbench.suites._vehicle import Frame, Vehicle, on_board
 from protocols.carla import X_AXIS, Y_AXIS, Axis, CommandFrame, Mode
 
 
@@ -28,7 +28,7 @@ def test_the_joystick_at_rest(vehicle: Vehicle) -> None:
     got = _joystick(vehicle, 33_970, 33_580)
     vehicle.require_frame(got, _manual(0.0, 0.0, 0.0), "the joystick at rest")
     if got.raw[2:6] != bytes.fromhex("00000080"):
-        raise Violation(f"S is {got.raw[2:6].hex(' ')}, required 00 00 00 80", shown([got]))
+        raise Violation(f"S is {got.raw[2:6].hex(' ')}, required 00 00 00 80", vehicle.shown([got]))
 
 
 @on_board("VB16", lasts_s=2.5)

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from hilbench.check import Untimely, Violation, at_least, at_most, near
 from hilbench.clock import NS_PER_S
-from hilbench.suites._vehicle import MISSES, STATUS, STATUS_HZ, STATUS_MISS_S, TICK_S, Frame, Vehicle, on_board, shown
+from hilbench.suites._vehicle import MISSES, STATUS, STATUS_HZ, STATUS_MISS_S, TICK_S, Frame, Vehicle, on_board
 from hilbench.suites.vehicle_board._moves import (
     MANUAL_MISS_S,
     MANUAL_S,
@@ -41,7 +41,7 @@ def test_manual_at_20_hz(vehicle: Vehicle) -> None:
     begun_ns = vehicle.bench.now_ns
     newest = say_a_hundred(vehicle)
     frames = vehicle.frames(mark)
-    _require_no_emergency(frames, begun_ns)
+    _require_no_emergency(vehicle, frames, begun_ns)
     vehicle.require_modes(frames, Mode.MANUAL)
     vehicle.require_steps(frames, MANUAL_S, "between frames of the joystick")
     reports = require_newest(vehicle, stack_mark, newest)
@@ -49,7 +49,7 @@ def test_manual_at_20_hz(vehicle: Vehicle) -> None:
     vehicle.require_reported(vehicle.other_status(3.0), vehicle.stack.mark())
 
 
-def _require_no_emergency(frames: Sequence[Frame], begun_ns: int) -> None:
+def _require_no_emergency(vehicle: Vehicle, frames: Sequence[Frame], begun_ns: int) -> None:
     """Require that the simulator's statuses, which come all the time, are seen."""
     false = [got for got in frames if got.packet is not None and got.packet.mode == Mode.EMERGENCY]
     if false:
@@ -59,7 +59,7 @@ def _require_no_emergency(frames: Sequence[Frame], begun_ns: int) -> None:
         raise Violation(
             f"{len(false)} frames of EMERGENCY in {(frames[-1].start_ns - begun_ns) / NS_PER_S:.1f} s of MANUAL though "
             f"statuses come at {STATUS_HZ:g} Hz: the first after {first_s:.3f} s{often}",
-            shown(false[:4]),
+            vehicle.shown(false[:4]),
         )
 
 
@@ -84,7 +84,7 @@ def test_the_emergency_in_manual(vehicle: Vehicle) -> None:
         text = (
             f"{len(before)} frames of mode {Mode.MANUAL.value} came before the emergency, required more than {MISSES}"
         )
-        raise Untimely(text, shown(before))
+        raise Untimely(text, vehicle.shown(before))
     unanswered = [*before[-MISSES:], first]
     vehicle.require_steps(unanswered, MANUAL_MISS_S, "between frames without a status")
     answered_s = (before[-MISSES].start_ns - before[-MISSES - 1].start_ns) / NS_PER_S

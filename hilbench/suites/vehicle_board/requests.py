@@ -6,7 +6,7 @@ from itertools import pairwise
 
 from hilbench.check import Violation, at_least, near
 from hilbench.clock import NS_PER_S
-from hilbench.suites._vehicle import COMMAND_MISS_S, MISSES, MODE_WITHIN_S, TICK_S, Frame, Vehicle, on_board, shown
+from hilbench.suites._vehicle import COMMAND_MISS_S, MISSES, MODE_WITHIN_S, TICK_S, Frame, Vehicle, on_board
 from hilbench.suites.vehicle_board._moves import (
     AGENT_WAIT_S,
     MANUAL_S,
@@ -55,7 +55,7 @@ def test_two_presses_within_a_second_are_one(vehicle: Vehicle) -> None:
     assert vehicle.simulator.modes()[-1] == Mode.MANUAL, "the second press changed the mode as well"
     changes = sum(one != other for one, other in pairwise(vehicle.simulator.modes()))
     if changes != 1:
-        raise Violation(f"the mode changed {changes} times, required once", shown(frames[-6:]))
+        raise Violation(f"the mode changed {changes} times, required once", vehicle.shown(frames[-6:]))
     vehicle.run(0.2)
     for pause_s, mode in ((1.01, Mode.AUTOWARE), (0.99, Mode.MANUAL), (0.6, Mode.MANUAL)):
         vehicle.hands.hold()

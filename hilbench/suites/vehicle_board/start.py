@@ -6,7 +6,7 @@ from itertools import pairwise
 
 from hilbench.check import Untimely, Violation, at_most, near
 from hilbench.clock import NS_PER_S
-from hilbench.suites._vehicle import COMMAND_MISS_S, MISSES, MODE_WITHIN_S, TICK_S, Frame, Vehicle, on_board, shown
+from hilbench.suites._vehicle import COMMAND_MISS_S, MISSES, MODE_WITHIN_S, TICK_S, Frame, Vehicle, on_board
 from hilbench.suites.vehicle_board._moves import AGENT_WAIT_S, F1
 from protocols.autoware import ControlMode, ControlModeReport, ControlModeRequest, ControlModeResponse
 from protocols.carla import COMMAND_BYTES, Mode
@@ -30,7 +30,7 @@ def test_without_an_agent_manual(vehicle: Vehicle) -> None:
     first = vehicle.wait_for(Mode.MANUAL, AGENT_WAIT_S + 1.0, 0)
     bursts = vehicle.simulator.bursts
     if bursts[0].start_ns < first.start_ns:
-        raise Violation(f"{len(bursts[0].data)} bytes came before the first frame of mode 4", shown([first]))
+        raise Violation(f"{len(bursts[0].data)} bytes came before the first frame of mode 4", vehicle.shown([first]))
     found_s = vehicle.since_s(vehicle.started_ns, first)
     near(found_s, AGENT_WAIT_S, TICK_S, unit="s", what="the first frame came after")
 

@@ -17,7 +17,6 @@ from hilbench.suites._vehicle import (
     Frame,
     Vehicle,
     on_board,
-    shown,
 )
 from hilbench.suites.vehicle_board._moves import F1, IMPOSSIBLE_M_S, WHICH, quiet
 from protocols.autoware import SteeringReport, VelocityReport
@@ -269,7 +268,7 @@ def _command_behind_a_status(vehicle: Vehicle, after_s: float) -> tuple[Frame, F
     vehicle.simulator.require_punctual(said_ns, COMMAND_MISS_S - OLD_S, WHICH)
     frames = [*vehicle.frames(mark)[:1], *vehicle.frames(behind)[:1]]
     if len(frames) < 2:
-        raise Violation("no frame of a missed command and of a command came", shown(vehicle.frames()[-6:]))
+        raise Violation("no frame of a missed command and of a command came", vehicle.shown(vehicle.frames()[-6:]))
     missed, command = frames
     vehicle.require_frame(command, F1, "the frame of the command")
     return missed, command, stack_mark

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from hilbench.check import Violation, at_least, at_most, near
+from hilbench.check import Untimely, Violation, at_least, at_most, near
 from hilbench.clock import NS_PER_S
 from hilbench.suites.vehicle_host._host import COMMAND, F1, STOP_WITHIN_S, Host, host, on_host
 from protocols.carla import STATUS_BYTES, StatusFrame
@@ -126,6 +126,9 @@ def _statuses_while_silent(host: Host) -> list[float]:
     mark = host.statuses_from_now()
     host.board.run(2.0)
     frames = host.board.frames(mark)
+    if len(frames) < 2:
+        text = f"{len(frames)} statuses came while the board was silent for 2 s{host.board.refused()}"
+        raise Untimely(text, host.board.evidence(mark), spare_s=0.5)
     return [(later.start_ns - earlier.start_ns) / NS_PER_S for earlier, later in pairwise(frames)]
 
 

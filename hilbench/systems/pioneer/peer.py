@@ -8,7 +8,7 @@ from hilbench.bench.line_peer import QUIET_S, LinePeer, Sound, Unsound
 from hilbench.clock import NS_PER_S
 from hilbench.judging.recorder import unrecorded
 from protocols.common.checksum import Checksum
-from protocols.common.decoding import NoOptions
+from protocols.common.decoding import Decoder, NoOptions
 from protocols.p2os import (
     Command,
     CommandNumber,
@@ -22,7 +22,7 @@ from protocols.p2os import (
     decode_packet,
     encode_command,
 )
-from protocols.p2os.decoding import checksum
+from protocols.p2os.decoding import checksum, decoder
 from protocols.p2os.options import WATCHDOG_S
 
 __all__ = ["QUIET_S", "REPLY_WITHIN_S", "SYNC0", "SYNC1", "SYNC2", "Peer"]
@@ -42,6 +42,9 @@ class Peer(LinePeer[ServerPacket]):
 
     def _checksum(self) -> Checksum:
         return checksum(NoOptions())
+
+    def _decoder(self, sent: bool) -> Decoder:
+        return decoder(NoOptions(), "host" if sent else "target")
 
     def _begin_reading(self) -> None:
         self._reader = FrameReader()

@@ -9,6 +9,7 @@ from hilbench.bench import Bench
 from hilbench.bench.line_peer import LinePeer, Sound, Unsound
 from hilbench.links import Port
 from protocols.common.checksum import Checksum
+from protocols.common.decoding import Decoder
 from protocols.pkt import (
     ClientOptions,
     Command,
@@ -30,7 +31,7 @@ from protocols.pkt import (
     encode_frame,
     longest_frame,
 )
-from protocols.pkt.decoding import DecodeOptions, checksum
+from protocols.pkt.decoding import DecodeOptions, checksum, decoder
 
 __all__ = ["READY_WITHIN_S", "RoverPeer"]
 
@@ -62,8 +63,15 @@ class RoverPeer(LinePeer[Report]):
         self.profile = profile
         super().__init__(bench, port)
 
+    @property
+    def _options(self) -> DecodeOptions:
+        return DecodeOptions(framing=self.profile.server.frames.framing, schema=self.profile.server.schema)
+
     def _checksum(self) -> Checksum:
-        return checksum(DecodeOptions(framing=self.profile.server.frames.framing))
+        return checksum(self._options)
+
+    def _decoder(self, sent: bool) -> Decoder:
+        return decoder(self._options, "host" if sent else "target")
 
     def _begin_reading(self) -> None:
         frames = self.profile.server.frames

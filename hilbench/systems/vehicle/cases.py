@@ -11,6 +11,7 @@ from hilbench.bench import Bench
 from hilbench.bench.cases import CaseBase
 from hilbench.bench.devices import LinesActor
 from hilbench.bench.line_faults import LineFaults, plan_for
+from hilbench.bench.line_peer import LinePeer, in_words
 from hilbench.bench.shared import Shared
 from hilbench.bench.state_reporter import Observed, Senses
 from hilbench.benchfile.bench_file import BenchFile
@@ -40,6 +41,9 @@ __all__ = [
     "make_vehicle",
     "open_car_host",
 ]
+
+_LINES_SHOWN = 14
+"""Of evidence, of both lines together (choice)."""
 
 VehicleFactory = Callable[[VehicleSettings], VehicleInterface]
 
@@ -91,10 +95,10 @@ class VehicleCase(CaseBase):
         return about_vehicle_lines({SIMULATOR_LINE: SIMULATOR_LINE, STACK_LINE: STACK_LINE})
 
     def _packets(self) -> Sequence[str]:
-        return [
-            *(f"simulator  {line}" for line in self.simulator.evidence()),
-            *(f"stack      {line}" for line in self.stack.evidence()),
-        ]
+        ends: dict[str, LinePeer[Any]] = {SIMULATOR_LINE: self.simulator, STACK_LINE: self.stack}
+        lines = [(at_ns, f"{name:9} {words}") for name, peer in ends.items() for at_ns, words in peer.passed()]
+        shown = [in_words(*line) for line in sorted(lines, key=lambda line: line[0])][-_LINES_SHOWN:]
+        return [*shown, *(f"{name}: nothing received" for name, peer in ends.items() if not peer.bytes_received)]
 
 
 class VirtualVehicleCase(VehicleCase):

@@ -25,6 +25,8 @@ from protocols.carla import (
     encode_command,
     encode_status,
 )
+from protocols.carla.decoding import decoder
+from protocols.common.decoding import Decoder, NoOptions
 
 __all__ = ["STATUS_HZ", "BoardPeer", "Burst", "SimulatorPeer"]
 
@@ -62,6 +64,10 @@ class _FramePeer(LinePeer[FrameT], Generic[FrameT]):
         self.paddings = 0
         self.bursts: list[Burst] = []
         super().__init__(bench, port)
+
+    def _decoder(self, sent: bool) -> Decoder:
+        del sent
+        return decoder(NoOptions(), "")
 
     def _begin_reading(self) -> None:
         self._reader = StreamReader(self.LAYOUT, lambda _frame: None)

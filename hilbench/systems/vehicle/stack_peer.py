@@ -29,6 +29,8 @@ from protocols.autoware import (
     encode_frame,
     encode_message,
 )
+from protocols.autoware.decoding import decoder
+from protocols.common.decoding import Decoder, NoOptions
 
 __all__ = ["REPLY_WITHIN_S", "StackPeer"]
 
@@ -60,6 +62,10 @@ class StackPeer(LinePeer[StackMessage]):
         self.commands = Feed(bench, self._send_command, name="stack")
         self._sequence = 0
         super().__init__(bench, port)
+
+    def _decoder(self, sent: bool) -> Decoder:
+        del sent
+        return decoder(NoOptions(), "")
 
     def _begin_reading(self) -> None:
         self._reader = FrameReader()

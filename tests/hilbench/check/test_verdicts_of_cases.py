@@ -62,9 +62,15 @@ def test_the_evidence_has_figures_and_no_insides_of_python(check):
         @my("A2")
         def test_figures():
             assert max(3, 4) == 5, "not five"
+
+        @my("A3")
+        def test_bare_values():
+            frames = []
+            assert frames, "no frame came"
         """
     )
-    found, figures = report.clauses
+    found, figures, bare = report.clauses
+    assert bare.evidence[0].startswith("test_panel.py:")
     assert (found.cause, found.evidence) == (
         "nothing is there", ('test_panel.py:11: assert any(map(bool, [0, 0])), "nothing is there"',)
     )  # fmt: skip

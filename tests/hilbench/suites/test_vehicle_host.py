@@ -103,6 +103,26 @@ def test_torn_frames_and_waiting_are_told_apart():
     assert judged(with_defect("H5"), f"[hardened] and ({' or '.join(torn)})") == dict.fromkeys(torn, Verdict.PASS)
 
 
+class Illegible(CarHost):
+    """Says B where the A of a status stands."""
+
+    def advance(self, now_ns):
+        return super().advance(now_ns).replace(b"#A", b"#B")
+
+
+def test_statuses_that_cannot_be_read_are_no_defect_of_ours():
+    def illegible(settings, power_on_ns):
+        return Illegible(settings, power_on_ns=power_on_ns)
+
+    options = replace(OPTIONS, select="[hardened] and VS21H")
+    report = run_suites(options, VehicleProvider(shared_bench(), make_host=illegible))
+    (case,) = report.cases
+    assert (case.verdict, case.cause.partition(";")[0]) == (
+        Verdict.FAIL,
+        "0 statuses came while the board was silent for 2 s",
+    )
+
+
 def as_hardened(settings, power_on_ns):
     """A hardened host where the published one is expected: no clause that describes a hazard passes."""
     return CarHost(settings, power_on_ns=power_on_ns, behaviour=BEHAVIOURS["hardened"])
