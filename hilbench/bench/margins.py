@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from hilbench.bench import Bench
 from hilbench.bench.state_reporter import Observed, Sense, Senses, left_ns
-from hilbench.journal import MARGINS
+from hilbench.journal.run_hash import MARGINS
 
 __all__ = ["MOST_POINTS", "Margins", "Point"]
 

@@ -18,13 +18,13 @@ from hilbench.check.results import (
     ClauseResult,
     Report,
     count,
-    run_hash,
     tightest_margins,
     verdict_for,
     worst_case,
     worst_margin,
 )
 from hilbench.exit_codes import ExitCode, worst
+from hilbench.journal.run_hash import run_hash
 from hilbench.judging.observations import Observations
 from hilbench.judging.verdicts import Verdict
 from hilbench.terminal.options import CheckOptions
@@ -65,7 +65,8 @@ def make_report(
     cases = collector.cases()
     clauses = tuple(_clause_result(group, options) for group in _by_clause(collector.planned, cases))
     code = _exit_code(collector, cases, clauses, strict=options.strict)
-    whole_hash = run_hash(cases, bench.get("physics", "none"))
+    hashes = {case.id: case.case_hash for case in cases if case.case_hash}
+    whole_hash = run_hash(hashes, bench.get("physics", "none"))
     return Report(
         format=FORMAT,
         hilbench=__version__,

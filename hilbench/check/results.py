@@ -6,7 +6,6 @@ added for the readers of reports: names and meanings stay.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Sequence
 
 import msgspec
@@ -16,8 +15,6 @@ from hilbench.judging.verdicts import BY_OWN_REPORT, WORST_FIRST, Level, Measure
 
 FORMAT = "hilbench-report/1"
 TIGHTEST = 5
-
-_UNNAMED_PHYSICS = ("none", "plane ", "bullet (PyBullet 3.2.7)")
 
 
 class CaseResult(msgspec.Struct, frozen=True, kw_only=True):
@@ -200,22 +197,6 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
     cases: tuple[CaseResult, ...]
     tightest: tuple[TightMargin, ...] = ()
     observed: Observations = Observations()
-
-
-def run_hash(cases: Iterable[CaseResult], physics: str = "none") -> str | None:
-    """Hash the ``id:hash`` lines of the cases that have a hash, sorted by id; None if none has.
-
-    Args:
-        cases: of the run.
-        physics: with library and version, as the report names it. It is hashed, too, unless it is one of those that
-            were there before hashes named any: theirs stay what they were.
-    """
-    lines = sorted(f"{result.id}:{result.case_hash}\n" for result in cases if result.case_hash)
-    if not lines:
-        return None
-    if not physics.startswith(_UNNAMED_PHYSICS):
-        lines.append(f"physics:{physics}\n")
-    return hashlib.sha256("".join(lines).encode()).hexdigest()
 
 
 def verdict_for(result: CaseResult, clause_id: str) -> Verdict:

@@ -13,7 +13,8 @@ from typing import Any
 
 from hilbench.clock import NS_PER_S
 from hilbench.diff.compare import span
-from hilbench.journal import PROSE_FIELDS, Recording, is_hashed
+from hilbench.journal import Recording
+from hilbench.journal.run_hash import PROSE_FIELDS, is_hashed
 from hilbench.recordings.remarks import remarks_on
 
 __all__ = ["CaseDiff", "Divergence", "EventDiff", "EventOptions", "as_data", "as_text", "compare_events"]

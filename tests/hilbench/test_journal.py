@@ -14,7 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hilbench.errors import InternalError, UnavailableError, UsageError
-from hilbench.journal import Journal, metres, radians, run_hash
+from hilbench.journal import Journal, metres, radians
+from hilbench.journal.run_hash import run_hash
 from tests.each import each
 
 

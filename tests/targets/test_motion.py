@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from targets.robots.pioneer.limits import SessionLimits
 from targets.robots.pioneer.motion import MODES, Mode, Motion, Order
 from targets.robots.pioneer.odometry import Travel
+from targets.robots.pioneer.session_limits import SessionLimits
 from targets.robots.pioneer.settings import RobotSettings
 from tests.each import each
 

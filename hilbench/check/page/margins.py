@@ -8,7 +8,7 @@ from xml.sax.saxutils import escape
 
 from hilbench.clock import NS_PER_MS, NS_PER_S
 from hilbench.files.names import printable
-from hilbench.journal import MARGINS
+from hilbench.journal.run_hash import MARGINS
 from hilbench.recordings.layout import Event
 
 __all__ = ["margins_of"]

@@ -13,7 +13,8 @@ from hilbench.check.page.states import Machine, machines_of
 from hilbench.clock import NS_PER_S
 from hilbench.errors import HilbenchError
 from hilbench.files.names import printable
-from hilbench.journal import MARGINS, Recording
+from hilbench.journal import Recording
+from hilbench.journal.run_hash import MARGINS
 from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.recordings.above import map_of
 from hilbench.recordings.frames import framed

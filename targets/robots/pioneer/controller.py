@@ -10,10 +10,10 @@ from targets.robots.pioneer.chassis import Chassis
 from targets.robots.pioneer.events import BumpStopped, MotorsEnabled, RobotEvent, StallCleared, Stalled
 from targets.robots.pioneer.gripper import Gripper
 from targets.robots.pioneer.hostbaud import HostBaud
-from targets.robots.pioneer.limits import SessionLimits
 from targets.robots.pioneer.motion import Motion
 from targets.robots.pioneer.odometry import Odometer
 from targets.robots.pioneer.requests import RequestBook
+from targets.robots.pioneer.session_limits import SessionLimits
 from targets.robots.pioneer.settings import RobotSettings
 from targets.robots.pioneer.sonar import SonarArrays
 from targets.robots.pioneer.stall import WheelStall

@@ -9,8 +9,8 @@ import math
 import pytest
 
 from hilbench.bench.physics import describe_physics, physics_capabilities
-from hilbench.check.results import run_hash
 from hilbench.cli import main
+from hilbench.journal.run_hash import run_hash
 from tests.each import each
 from worlds import default_physics, engine_of, physics_is_there
 from worlds.world import open_world
@@ -27,10 +27,6 @@ ends = ["peer", "robot.host"]
 baud = 9600
 """
 MUJOCO = 'physics = "mujoco"'
-
-
-class Case:
-    id, case_hash = "a/b", "0" * 64
 
 
 @pytest.fixture
@@ -131,8 +127,8 @@ def test_the_default_is_pybullet_where_it_is_and_mujoco_elsewhere(without):
     ],
 )
 def test_the_run_hash_names_the_physics_but_for_those_it_never_named(physics, named):
-    assert (run_hash([Case], physics) != run_hash([Case], "none")) is named
-    assert run_hash([], physics) is None
+    assert (run_hash({"a": "00"}, physics) != run_hash({"a": "00"}, "none")) is named
+    assert run_hash({}, physics) is None
 
 
 @pytest.mark.parametrize(

@@ -36,8 +36,8 @@ from targets.robots.pioneer.auxport import AuxPort
 from targets.robots.pioneer.bumpers import BumpGuard
 from targets.robots.pioneer.controller import Controller
 from targets.robots.pioneer.hostbaud import HostBaud
-from targets.robots.pioneer.limits import SessionLimits
 from targets.robots.pioneer.motion import Motion
+from targets.robots.pioneer.session_limits import SessionLimits
 from targets.robots.pioneer.sonar import SonarArrays
 
 SETTLE_S = 0.3
