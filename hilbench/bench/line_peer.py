@@ -7,12 +7,12 @@ what it receives. Judging is the business of the case.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from hilbench.bench import Bench
+from hilbench.bench.line_evidence import Passed, Written, in_order, in_words, words_of
 from hilbench.bench.timed_reader import TimedReader
 from hilbench.clock import NS_PER_S
 from hilbench.errors import AwayError, UnavailableError
@@ -21,10 +21,8 @@ from hilbench.judging.verdicts import Inconclusive, Untimely, Violation
 from hilbench.links import Port
 from protocols.common.checksum import Checksum
 from protocols.common.decoding import Decoder
-from protocols.common.item_words import said
-from protocols.common.items import Kind
 
-__all__ = ["QUIET_S", "LinePeer", "Received", "Sound", "Unsound", "in_words"]
+__all__ = ["QUIET_S", "LinePeer", "Received", "Sound", "Unsound"]
 
 MessageT = TypeVar("MessageT")
 KindT = TypeVar("KindT")
@@ -32,8 +30,7 @@ KindT = TypeVar("KindT")
 QUIET_S = 0.25
 """A line with nothing on it for this long is quiet. A choice: two and a half times the usual 100 ms between reports."""
 
-_EVIDENCE_PACKETS, _EVIDENCE_WRITES, _EVIDENCE_DROPS = 6, 4, 2
-_LONGEST_WORDS, _LONGEST_BYTES = 120, 64
+_EVIDENCE_PACKETS, _EVIDENCE_DROPS = 6, 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,26 +66,6 @@ class Received(Generic[MessageT]):
     packet: MessageT | None
 
 
-@dataclass(slots=True, kw_only=True)
-class _Written:
-    """The same bytes, written once or several times with nothing else between them."""
-
-    data: bytes
-    began_ns: int
-    at_ns: int
-    times: int = 1
-
-    @property
-    def often(self) -> str:
-        """How often, for the end of a line."""
-        return f", {self.times} times since {self.began_ns / NS_PER_S:.4f} s" if self.times > 1 else ""
-
-
-def in_words(at_ns: int, words: str) -> str:
-    """Return a line for a report: bench time, and what passed then."""
-    return f"{at_ns / NS_PER_S:10.4f} s  {words}"
-
-
 class LinePeer(ABC, Generic[MessageT]):
     """One end of a line in the hands of a check.
 
@@ -108,7 +85,7 @@ class LinePeer(ABC, Generic[MessageT]):
         self.received: list[Received[MessageT]] = []
         self.dropped: list[Unsound] = []
         self._dropped_ns: list[int] = []
-        self._written: deque[_Written] = deque(maxlen=_EVIDENCE_WRITES)
+        self._written = Written()
         self._timed: TimedReader[Sound[MessageT] | Unsound] = TimedReader(self._read)
         self.line_expected = True
         self.attach(port)
@@ -160,12 +137,7 @@ class LinePeer(ABC, Generic[MessageT]):
     def write(self, data: bytes) -> None:
         """Put raw bytes on the line, as they are."""
         self.bench.record("tx", "checker", data=data)
-        now_ns = self.bench.now_ns
-        if self._written and self._written[-1].data == data:
-            self._written[-1].times += 1
-            self._written[-1].at_ns = now_ns
-        else:
-            self._written.append(_Written(data=data, began_ns=now_ns, at_ns=now_ns))
+        self._written.add(data, self.bench.now_ns)
         self.port.write(data)
 
     def run(self, duration_s: float) -> None:
@@ -194,34 +166,22 @@ class LinePeer(ABC, Generic[MessageT]):
         lines = [in_words(at_ns, words) for at_ns, words in self.passed(mark or 0)]
         return [*lines, *([f"nothing received ({self.bytes_received} bytes in all)"] if nothing else [])]
 
-    def passed(self, mark: int = 0) -> Sequence[tuple[int, str]]:
-        """Return what passed last, in the order of time: bench time in ns and words; ``>`` was sent, ``<`` received.
+    def passed(self, mark: int = 0) -> Sequence[Passed]:
+        """Return what passed last, in the order of time.
 
         Args:
             mark: packets received before it are left out.
         """
         received = [(got.at_ns, self.heard(got)) for got in self.received[mark:][-_EVIDENCE_PACKETS:]]
         dropped = [*zip(self._dropped_ns, map(self._refused, self.dropped), strict=True)][-_EVIDENCE_DROPS:]
-        written = [(one.at_ns, f">  {self._words_of(one.data, sent=True)}{one.often}") for one in self._written]
-        return sorted([*received, *dropped, *written], key=lambda line: line[0])
+        return in_order(received, dropped, self._written.passed(self._decoder(sent=True)))
 
     def heard(self, got: Received[MessageT]) -> str:
         """Return a packet in words."""
-        return f"<  {self._words_of(got.raw, sent=False)}"
+        return f"<  {words_of(got.raw, self._decoder(sent=False))}"
 
     def _refused(self, drop: Unsound) -> str:
         return f"<  dropped ({drop.reason})  {drop.data[:32].hex(' ').upper()}{self._reading_of(drop)}"
-
-    def _words_of(self, raw: bytes, *, sent: bool) -> str:
-        """Return bytes with what they say, if they are frames."""
-        more = f" ... ({len(raw)} bytes)" if len(raw) > _LONGEST_BYTES else ""
-        data = f"{raw[:_LONGEST_BYTES].hex(' ').upper()}{more}"
-        decoder = self._decoder(sent)
-        read = [] if decoder is None else [*decoder.feed(raw), *decoder.finish()]
-        if not read or any(item.kind is not Kind.FRAME or item.raw == item.message for item in read):
-            return data
-        words = "  ".join(map(said, read))
-        return f"{words if len(words) <= _LONGEST_WORDS else words[: _LONGEST_WORDS - 1] + '…'}  [{data}]"
 
     def uncertainty_s(self, since_ns: int) -> float:
         """Return how far off times on this bench may be, over what happened since ``since_ns``; see `Bench`."""

@@ -12,7 +12,8 @@ from typing import TypeVar, cast
 
 from hilbench.bench import Bench
 from hilbench.bench.cases import CaseBase
-from hilbench.bench.line_peer import Received, in_words
+from hilbench.bench.line_evidence import in_words
+from hilbench.bench.line_peer import Received
 from hilbench.check import CaseSetup, Untimely, Violation, at_most, case, near, try_members, within
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError

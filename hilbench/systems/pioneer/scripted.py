@@ -20,12 +20,14 @@ from functools import partial
 from itertools import islice
 
 from hilbench.bench import Bench, to_ns
+from hilbench.bench.line_evidence import Written, in_order, in_words, words_of
 from hilbench.bench.timed_reader import TimedReader
 from hilbench.clock import NS_PER_S, EventClass
 from hilbench.judging.judge import at_most
 from hilbench.judging.verdicts import Untimely
 from hilbench.links import Port
 from hilbench.systems.pioneer.scripted_packets import CONFIG, IDENTIFICATION, STANDING
+from protocols.common.decoding import NoOptions
 from protocols.p2os import (
     COMMANDS,
     Command,
@@ -39,6 +41,7 @@ from protocols.p2os import (
     decode_command,
     encode_packet,
 )
+from protocols.p2os.decoding import decoder
 
 SIP_CYCLE_S = 0.1
 """Time between two SIPs (Pioneer 2 Operations Manual, server information packets)."""
@@ -119,6 +122,7 @@ class ScriptedServer:
             "SYNC2": encode_packet(IDENTIFICATION),
             "CONFIG": encode_packet(CONFIG),
         }
+        self._written = Written()
         self._closed = False
         self._stream_number = 0
         self._sips_after_close = 0
@@ -195,10 +199,9 @@ class ScriptedServer:
 
     def evidence(self) -> list[str]:
         """Return the latest frames and what was dropped, as lines for a report."""
-        lines = [
-            f"{heard.at_ns / NS_PER_S:10.4f} s  {heard.name:8} {heard.raw.hex(' ').upper()}"
-            for heard in self.received[-_EVIDENCE_LINES:]
-        ]
+        heard = [(got.at_ns, f"<  {_in_words(got)}") for got in self.received[-_EVIDENCE_LINES:]]
+        passed = in_order(heard, self._written.passed(decoder(NoOptions(), "target")))
+        lines = [in_words(*one) for one in passed] if heard or self.dropped else []
         lines += [f"dropped ({drop.reason.name})  {drop.data[:32].hex(' ').upper()}" for drop in self.dropped[-2:]]
         return lines or [f"nothing heard ({self.bytes_received} bytes in all)"]
 
@@ -374,10 +377,17 @@ class ScriptedServer:
     def _put(self, data: bytes) -> None:
         if not self._closed:
             self.bench.record("tx", "server", data=data)
+            self._written.add(data, self.bench.now_ns)
             self.port.write(data)
 
     def _line_changed(self, up: bool, _at_ns: int) -> None:
         self.bench.record("line", "server", up=up)
+
+
+def _in_words(got: Heard) -> str:
+    if got.name in HANDSHAKE_NAMES:
+        return f"{got.name}  [{got.raw.hex(' ').upper()}]"
+    return words_of(got.raw, decoder(NoOptions(), "host"))
 
 
 _NAMES = frozenset((*HANDSHAKE_NAMES, *(spec.name for spec in COMMANDS.values())))

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from hilbench.bench import Bench
+from hilbench.bench.line_evidence import Written, in_order, in_words, words_of
 from hilbench.bench.timed_reader import TimedReader
-from hilbench.clock import NS_PER_S
 from hilbench.links import Port
 from protocols.pkt import (
     Command,
@@ -30,6 +30,7 @@ from protocols.pkt import (
     encode_frame,
     encode_report,
 )
+from protocols.pkt.decoding import DecodeOptions, decoder
 
 __all__ = ["HeardCommand", "ScriptedRover"]
 
@@ -83,6 +84,7 @@ class ScriptedRover:
         options = FramingOptions(framing=frames.framing, tolerant_newline=tolerant, resync=Resync.SCAN)
         reader = FrameReader(replace(options, timer=FrameTimer.SINCE_LAST_BYTE))
         self._reader = TimedReader(reader.receive)
+        self._written = Written()
         self._closed = False
         port.on_receive = self._take
         port.on_line = lambda up, _at_ns: bench.record("line", "rover", up=up)
@@ -104,6 +106,7 @@ class ScriptedRover:
     def write(self, data: bytes) -> None:
         """Put bytes on the line, as they are."""
         self.bench.record("tx", "rover", data=data)
+        self._written.add(data, self.bench.now_ns)
         self.port.write(data)
 
     def close(self) -> None:
@@ -123,10 +126,12 @@ class ScriptedRover:
 
     def evidence(self) -> list[str]:
         """Return the latest frames and what was dropped, as lines for a report."""
-        lines = [
-            f"{heard.at_ns / NS_PER_S:10.4f} s  {type(heard.command).__name__:16} {heard.raw.hex(' ').upper()}"
-            for heard in self.received[-_EVIDENCE_LINES:]
+        decode = DecodeOptions(framing=self.profile.server.frames.framing, schema=self.profile.server.schema)
+        heard = [
+            (got.at_ns, f"<  {words_of(got.raw, decoder(decode, 'host'))}") for got in self.received[-_EVIDENCE_LINES:]
         ]
+        passed = in_order(heard, self._written.passed(decoder(decode, "target")))
+        lines = [in_words(*one) for one in passed] if heard or self.dropped else []
         lines += [f"dropped ({drop.reason.name})  {drop.data[:32].hex(' ').upper()}" for drop in self.dropped[-2:]]
         return lines or [f"nothing heard ({self.bytes_received} bytes in all)"]
 

@@ -10,8 +10,9 @@ from typing import Any
 from hilbench.bench import Bench
 from hilbench.bench.cases import CaseBase
 from hilbench.bench.devices import LinesActor
+from hilbench.bench.line_evidence import in_order, in_words
 from hilbench.bench.line_faults import LineFaults, plan_for
-from hilbench.bench.line_peer import LinePeer, in_words
+from hilbench.bench.line_peer import LinePeer
 from hilbench.bench.shared import Shared
 from hilbench.bench.state_reporter import Observed, Senses
 from hilbench.benchfile.bench_file import BenchFile
@@ -97,7 +98,7 @@ class VehicleCase(CaseBase):
     def _packets(self) -> Sequence[str]:
         ends: dict[str, LinePeer[Any]] = {SIMULATOR_LINE: self.simulator, STACK_LINE: self.stack}
         lines = [(at_ns, f"{name:9} {words}") for name, peer in ends.items() for at_ns, words in peer.passed()]
-        shown = [in_words(*line) for line in sorted(lines, key=lambda line: line[0])][-_LINES_SHOWN:]
+        shown = [in_words(*line) for line in in_order(lines)][-_LINES_SHOWN:]
         return [*shown, *(f"{name}: nothing received" for name, peer in ends.items() if not peer.bytes_received)]
 
 
