@@ -13,12 +13,16 @@ import io
 import os
 import sys
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from hilbench import __version__
 from hilbench.errors import HilbenchError, InternalError, UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.files.built_in import built_in_benches
 from hilbench.terminal import interruption
+
+if TYPE_CHECKING:
+    import argparse
 
 COMMANDS = {
     "check": "run conformance suites on a target and report clause by clause",
@@ -40,6 +44,7 @@ COMMANDS = {
     "ports": "show serial ports: what is plugged in, who has it, what is in the way",
     "udev": "rules for udev: access to boards and adapters, names that stay",
     "validate": "read a bench file and say whether it is right",
+    "completion": "print a script that lets a shell complete commands, options and names",
 }
 
 _OF_DASHBOARD = frozenset({"--journal", "--scene", "--seed", "--target", "--web", "--web-host"})
@@ -136,10 +141,23 @@ def _run(name: str, words: list[str]) -> int:
         from hilbench.cli.siblings import check_siblings
 
         check_siblings()
+    _choose_plain(arguments)
     try:
         return int(command.run(arguments))
     finally:
         _report_plugins()
+
+
+def _choose_plain(arguments: argparse.Namespace) -> None:
+    """Print as into a file where the command has an option for that, and it or the settings say so."""
+    from hilbench.terminal.console import Console
+
+    if "plain" in arguments:
+        from hilbench.terminal.settings import settings
+
+        Console.plain = arguments.plain or settings().plain
+    else:
+        Console.plain = False
 
 
 def _report_plugins() -> None:
@@ -173,7 +191,8 @@ def _unknown_command(word: str) -> UsageError:
     from hilbench.nearest import did_you_mean, nearest
 
     if word.startswith("-"):
-        return UsageError(f"unknown option '{word}'", hint=did_you_mean(word, ["--help", "--version"], "options"))
+        known = ["--help", "--version", *sorted(_OF_DASHBOARD)]
+        return UsageError(f"unknown option '{word}'", hint=did_you_mean(word, known, "options"))
     from hilbench.plugins.discovery import PLUGINS
 
     if word in PLUGINS.names():

@@ -47,6 +47,7 @@ def parser() -> Parser:
     add("--list", action="store_true", help="print the points as commands, and run nothing")
     add("--html", metavar="FILE", type=typed(arguments.output_file), help="write what it has shown as one HTML page")
     add("--json", metavar="FILE", help="write it as JSON; - is standard output")
+    made.add_plain()
     return made
 
 

@@ -98,6 +98,7 @@ def parser() -> Parser:
     add("--screens", metavar="DIR", type=typed(arguments.output_file),
         help="for each case that fails, the screen of the dashboard at that moment: DIR/CASE.svg")  # fmt: skip
     add_plugins(made)
+    made.add_plain()
     return made
 
 
@@ -116,7 +117,7 @@ def run(parsed: argparse.Namespace) -> int:
     check_journal(parsed)
     use_plugins(parsed.plugin)
     options = CheckOptions(
-        bench=parsed.bench,
+        bench=_bench_of(parsed),
         targets=tuple(parsed.target),
         suites=tuple(parsed.suite),
         select=escaped(parsed.select),
@@ -144,6 +145,16 @@ def run(parsed: argparse.Namespace) -> int:
         operator_hook=parsed.operator_hook,
     )
     return run_check(options, _provider_of, draw=_draw)
+
+
+def _bench_of(parsed: argparse.Namespace) -> str | None:
+    """Return the bench that is named, or the one of the settings where nothing is."""
+    named: str | None = parsed.bench
+    if named is not None or parsed.target or parsed.suite:
+        return named
+    from hilbench.benchfile.chosen import chosen_bench
+
+    return chosen_bench()
 
 
 def _provider_of(options: CheckOptions) -> BenchProvider:

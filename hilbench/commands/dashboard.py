@@ -13,6 +13,7 @@ from hilbench.errors import UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.files import check_writable
 from hilbench.files.built_in import built_in_benches
+from hilbench.nearest import did_you_mean
 from hilbench.terminal import arguments, interruption
 from hilbench.terminal.options import DEFAULT_BENCH
 from hilbench.terminal.parser import Parser, typed
@@ -77,6 +78,11 @@ def run(parsed: argparse.Namespace) -> int:
         require_terminal("try 'hilbench check' or 'hilbench --help'")
     if parsed.journal is not None:
         check_writable(parsed.journal, "--journal")
+    theme()
+    if not parsed.what and not parsed.target:
+        from hilbench.benchfile.chosen import chosen_bench
+
+        parsed.what = chosen_bench()
     from hilbench.tui.bench_process import BenchProcess
 
     name = parsed.what or ("" if DEFAULT_FILE.is_file() else DEFAULT_BENCH)
@@ -123,7 +129,8 @@ def show(process: BenchProcess) -> ExitCode:
         def open_bench(name: str) -> BenchProcess:
             return start(lambda: BenchProcess.start([name], name=name))
 
-        dashboard = Dashboard(process, benches=_benches(), open_bench=open_bench, memory=Memory(state_file()))
+        memory = Memory(state_file())
+        dashboard = Dashboard(process, benches=_benches(), open_bench=open_bench, memory=memory, theme=theme())
         dashboard.run()
     except BaseException:
         process.stop()
@@ -135,6 +142,25 @@ def show(process: BenchProcess) -> ExitCode:
         dashboard.process.stop()
         return ExitCode.DEFECT
     return last.never_began if isinstance(last, BenchProcess) else ExitCode.OK
+
+
+def theme() -> str:
+    """Return the theme of the settings; empty if they name none.
+
+    Raises:
+        UsageError: there is no such theme, or the settings are wrong.
+    """
+    from hilbench.terminal.settings import settings, settings_file
+
+    chosen = settings().theme
+    if not chosen:
+        return ""
+    from textual.theme import BUILTIN_THEMES
+
+    if chosen not in BUILTIN_THEMES:
+        hint = did_you_mean(chosen, BUILTIN_THEMES, "themes")
+        raise UsageError(f"no theme '{chosen}'", where=str(settings_file()), hint=hint)
+    return chosen
 
 
 def _ahead_of_us() -> Callable[[Callable[[], BenchProcess]], BenchProcess]:

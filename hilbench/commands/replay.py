@@ -68,7 +68,7 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def _look(path: Path) -> int:
-    from hilbench.commands.dashboard import require_terminal
+    from hilbench.commands.dashboard import require_terminal, theme
 
     require_terminal("'hilbench decode' does without")
     from hilbench.recordings.piecewise import open_pieces
@@ -78,7 +78,7 @@ def _look(path: Path) -> int:
     from hilbench.tui.recorded import RecordedBench
 
     replay = Replay(open_pieces(path))
-    Dashboard(RecordedBench(path), replay, memory=Memory(state_file())).run()
+    Dashboard(RecordedBench(path), replay, memory=Memory(state_file()), theme=theme()).run()
     return ExitCode.OK
 
 

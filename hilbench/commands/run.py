@@ -54,6 +54,7 @@ def parser() -> Parser:
     add("--realtime", action="store_true", help="keep pace with the wall clock")
     add("--json", action="store_true", help="print how it went as JSON")
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
+    made.add_plain()
     return made
 
 

@@ -44,6 +44,7 @@ def parser() -> Parser:
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
     add("--clause", metavar="ID", default="", help="the clause that is to fail (default: the first that does)")
     add("--write", metavar="FILE", type=typed(arguments.output_file), help="write the reduced bench as a bench file")
+    made.add_plain()
     return made
 
 

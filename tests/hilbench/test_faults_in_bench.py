@@ -174,7 +174,7 @@ def test_with_a_client_under_test_the_robots_end_is_the_scripted_servers(open_ca
         assert server.wait(lambda: bool(server.dropped), 1.0)
         assert server.wait(lambda: bool(server.received), 2.0)
         assert server.received[0].name == "SYNC0"
-        assert "fault flip byte 3 bit 0 towards robot.host struck (1 times so far)" in bench.evidence()[-1]
+        assert "fault flip byte 3 bit 0 towards robot.host struck (number 1)" in bench.evidence()[-1]
 
 
 def test_chance_is_decided_by_the_seed_of_the_case(answer):
