@@ -48,7 +48,7 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
         UnavailableError: a door cannot be opened, the physics is missing, or the journal can no longer be written.
     """
     if not options.doors:
-        raise UsageError("no door", where="hilbench serve", hint="add --pty PATH, --tcp PORT or --rfc2217 PORT")
+        raise UsageError("no endpoint", where="hilbench serve", hint="add --pty PATH, --tcp PORT or --rfc2217 PORT")
     target = served_target(bench_file, scene=options.scene, baud=options.baud, seed=options.seed)
     wishes = _assigned(options, bench_file, tuple(target.lines))
     # What is half built or half gone cannot be cleaned up: a signal waits until the robot runs, or until all is gone.

@@ -45,7 +45,7 @@ WRONG = [
     ("check pioneer --junit -", "--junit: '-' is not a file"),
     ("check pioneer --json none/r.json", "--json none/r.json: there is no folder"),
     ("serve", "serve: TARGET|BENCH is missing; see 'hilbench serve --help'"),
-    ("serve pioneer", "no door; add --pty PATH, --tcp PORT or --rfc2217 PORT"),
+    ("serve pioneer", "no endpoint; add --pty PATH, --tcp PORT or --rfc2217 PORT"),
     ("serve pioneer-plane --pty robt=p", "--pty robt=: no line 'robt'; did you mean 'robot'?"),
     ("serve pioneer-plane --tcp x=0", "--tcp x=: no line 'x'; lines: robot, robot.host"),
     ("check pioneer --target robt=pioneer", "--target robt=pioneer: no target 'robt'; did you mean 'robot'?"),
