@@ -13,6 +13,7 @@ from pathlib import Path
 
 import autoware_pages
 import carla_pages
+import manual_page
 import reference_pages
 import xrce_pages
 
@@ -51,7 +52,8 @@ CHIPS = {
     "mcu-registers-h753.md": "STM32H753ZI",
 }
 MANY_NAMES = 8
-NOTE = "<!-- Made from the code by docs/generate.py; change the code, then run `make docs`. -->\n\n"
+MADE = "Made from the code by docs/generate.py; change the code, then run `make docs`."
+NOTES = {".md": f"<!-- {MADE} -->\n\n", ".1": f'.\\" {MADE}\n'}
 
 
 def pages() -> Mapping[str, str]:
@@ -81,6 +83,7 @@ def pages() -> Mapping[str, str]:
         "vehicles.md": vehicles_page(),
         "reference/command-line.md": reference_pages.command_line_page(_table),
         "reference/bench-file.md": reference_pages.bench_file_page(_table),
+        "hilbench.1": manual_page.manual_page(),
     }
 
 
@@ -489,13 +492,14 @@ def main(words: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a page is out of date")
     check = parser.parse_args(words).check
-    stale = [name for name, text in pages().items() if _read(FOLDER / name) != NOTE + text]
+    made = {name: NOTES[Path(name).suffix] + text for name, text in pages().items()}
+    stale = [name for name, text in made.items() if _read(FOLDER / name) != text]
     for name in stale:
         if check:
             sys.stderr.write(f"docs/{name} is out of date: run make docs\n")
         else:
             (FOLDER / name).parent.mkdir(parents=True, exist_ok=True)
-            (FOLDER / name).write_text(NOTE + pages()[name], encoding="utf-8")
+            (FOLDER / name).write_text(made[name], encoding="utf-8")
     return 1 if check and stale else 0
 
 

@@ -25,7 +25,7 @@ GROUPS = {
     "Check": ("check", "campaign", "shrink", "report"),
     "Run and serve": ("run", "serve", "proxy", "init"),
     "Recordings and bytes": ("decode", "export", "render", "diff"),
-    "This machine": ("doctor", "ports", "udev", "validate", "protocols"),
+    "This machine": ("doctor", "ports", "udev", "validate", "protocols", "completion"),
 }
 LIMITS = {"minimum": "from", "exclusiveMinimum": "above", "maximum": "to", "exclusiveMaximum": "below"}
 BENCH_TABLES = {

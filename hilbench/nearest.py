@@ -25,9 +25,14 @@ def did_you_mean(name: str, known: Iterable[str], these: str = "known") -> str |
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """Return the name that somebody may have meant; None if none is near."""
+    """Return the name that somebody may have meant; None if none is near. The dashes of options make none near."""
+    written = _bare(name)
+    by_case = {_bare(one): one for one in known}
     # A name that goes on, as order codes of chips do, means what it begins with.
-    by_case = {one.lower(): one for one in known}
-    begun = [one for one in by_case if name.lower().startswith(one) and 2 * len(one) > len(name)]
-    found = sorted(begun, key=len)[-1:] or difflib.get_close_matches(name.lower(), by_case, n=1, cutoff=0.55)
+    begun = [one for one in by_case if written.startswith(one) and 2 * len(one) > len(written)]
+    found = sorted(begun, key=len)[-1:] or difflib.get_close_matches(written, by_case, n=1, cutoff=0.55)
     return by_case[found[0]] if found else None
+
+
+def _bare(name: str) -> str:
+    return name.lower().lstrip("-")

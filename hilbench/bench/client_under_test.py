@@ -127,7 +127,7 @@ class ListenClient:
             raise UnavailableError(
                 f"the client has not left within {WAIT_FOR_CLIENT_S * self._bench.timeout_scale:g} s",
                 where=self._port.name,
-                hint="each case needs a fresh client: start it anew",
+                hint="each case needs a fresh client: start it again",
             )
         if not self._bench.run_until(lambda: self._port.line_is_up, WAIT_FOR_CLIENT_S):
             raise UnavailableError(

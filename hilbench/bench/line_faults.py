@@ -106,7 +106,7 @@ class LineFaults:
     def evidence(self) -> list[str]:
         """Return a line for each fault that has struck, and for each that could not."""
         return self._refusals + [
-            f"{strikes.last_ns / NS_PER_S:10.4f} s  fault {entry.describe()} struck ({strikes.count} times so far)"
+            f"{strikes.last_ns / NS_PER_S:10.4f} s  fault {entry.describe()} struck (number {strikes.count})"
             for entry, strikes in zip(self._entries, self._strikes, strict=True)
             if strikes.count
         ]

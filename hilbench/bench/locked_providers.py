@@ -64,9 +64,9 @@ class LockedProvider:
     def __init__(self, shared: Shared, target: str) -> None:
         if shared.route is not None:
             raise UsageError(
-                "what is at a port of its own has its way there",
+                "a target at a port cannot be reached through an endpoint of this machine",
                 where="--through",
-                hint="leave --through or --target away",
+                hint="leave out --through or --target",
             )
         self._shared = shared
         self._target = target
@@ -342,7 +342,7 @@ class ListenProvider(_ClientProvider):
     """Waits for whoever connects: ``listen:pty:PATH`` or ``listen:tcp:[HOST:]PORT``."""
 
     def __init__(self, shared: Shared, spec: str, far_end: FarEnd) -> None:
-        super().__init__(shared, f"whoever connects to {spec}", LISTEN_CAPABILITIES, far_end)
+        super().__init__(shared, f"a client that connects to {spec}", LISTEN_CAPABILITIES, far_end)
         self._kind, _, self._where = spec.partition(":")
 
     def _open_door(self) -> tuple[Port, str]:

@@ -76,7 +76,7 @@ class CountsMisses(Protocol):
 class Sense(Enum):
     """What it means that a timer ends before it has run out."""
 
-    WATCHDOG = "nothing; it is fed by being set anew"
+    WATCHDOG = "nothing; restarting it is how it is fed"
     WAIT = "what was waited for has come"
     REST = "nothing, and running out means nothing either"
 

@@ -86,7 +86,7 @@ class OwnUnderTest(Generic[OwnT]):
         try:
             self._own.disconnect()
         except self._refusal as error:
-            raise Violation(f"the {self._called} does not take its leave: {error}") from error
+            raise Violation(f"the {self._called} does not end cleanly: {error}") from error
 
     def close(self) -> None:
         """Nothing to do: it lives and dies with its bench."""

@@ -77,7 +77,7 @@ class FaultEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         allowed = required | _OPTIONAL.get(self.kind, set())
         for name in _DETAILS:
             if name in self.given and name not in allowed:
-                raise ValueError(f"{name} says nothing about a fault of the kind '{self.kind}'")
+                raise ValueError(f"{name} does not apply to kind '{self.kind}'")
             if name in required and name not in self.given:
                 raise ValueError(f"kind '{self.kind}' needs {name}")
 
@@ -92,7 +92,7 @@ class FaultEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         if len(given) > 1:
             raise ValueError(f"{given[1]} cannot go with {given[0]}: a fault has one of {', '.join(_TRIGGERS)}")
         if self.kind in _LINE_KINDS and given != ["at_s"]:
-            raise ValueError(f"kind '{self.kind}' strikes the line, not a byte, and needs at_s")
+            raise ValueError(f"kind '{self.kind}' is a fault of the line, not of a byte, and needs at_s")
         if not given:
             raise ValueError(f"kind '{self.kind}' needs one of {', '.join(_TRIGGERS)}")
 
@@ -101,7 +101,7 @@ class FaultEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
             raise ValueError("from cannot go with towards: either says which way")
         if self.kind == "disconnect" and (self.towards is not UNSET or self.from_ is not UNSET):
             name = "towards" if self.towards is not UNSET else "from"
-            raise ValueError(f"{name} says nothing about a fault of the kind 'disconnect', which is both ways")
+            raise ValueError(f"{name} does not apply to kind 'disconnect', which has no direction")
 
     def describe(self) -> str:
         """Return the fault in a few words, such as ``flip at_s 3.2 bit 3 towards robot.host``."""

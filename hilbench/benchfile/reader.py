@@ -231,7 +231,7 @@ class _Reader:
         self._check_bodies(model.world.vehicle)
         stands = ready and len(models) < len(model.targets)
         if "world" in self._file.data and not (bodies or signals or stands):
-            raise self._strict.error("nothing stands in a world here: no target has a body", ("world",))
+            raise self._strict.error("no target of this bench has a world", ("world",))
 
     def _check_bodies(self, vehicle: str) -> None:
         """Require that a model with a body has the body of its system, if that has any."""

@@ -106,7 +106,7 @@ def _check_words(name: str, rest: str, where: str) -> None:
     if name == "listen":
         door, _, place = rest.partition(":")
         if door not in {"pty", "tcp"} or not place:
-            raise UsageError("not a door", where=where, hint="write listen:pty:PATH or listen:tcp:[HOST:]PORT")
+            raise UsageError("not an endpoint", where=where, hint="write listen:pty:PATH or listen:tcp:[HOST:]PORT")
     if name == "exec":
         try:
             shlex.split(rest)

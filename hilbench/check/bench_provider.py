@@ -57,7 +57,7 @@ def make_provider(options: CheckOptions) -> BenchProvider:
     provider = _boards(shared, system, options) if bench_file.boards else _of_model(shared, system, options)
     if operator is not None and not isinstance(provider, Attended):
         hint = "name the port of a target that a person can touch"
-        raise UsageError("on this bench nothing is asked of anybody", where=_asking(options), hint=hint)
+        raise UsageError("this bench never asks an operator", where=_asking(options), hint=hint)
     return provider
 
 
@@ -84,7 +84,7 @@ def _operator(system: System | None, options: CheckOptions) -> Operator | None:
         return None
     if system is None or not system.hand_requests:
         hint = "a system says what may be asked in its hand_requests"
-        raise UsageError("of this target nothing can be asked of anybody", where=_asking(options), hint=hint)
+        raise UsageError("this target never needs an operator", where=_asking(options), hint=hint)
     from hilbench.bench.operator import Operator
     from hilbench.bench.operator_hook import CommandAsOperator
     from hilbench.bench.operator_terminal import PersonAtTerminal
@@ -118,11 +118,11 @@ def _capture(options: CheckOptions, targets: Sequence[Target]) -> BenchProvider:
         hint = "give no other target, and no NAME="
         raise UsageError("a recording stands for the whole bench", where=choice.where, hint=hint)
     if options.bench is not None:
-        raise UsageError("a recording needs no bench", where=options.bench, hint="leave it away")
+        raise UsageError("a recording needs no bench", where=options.bench, hint="leave it out")
     if options.changes:
-        raise UsageError("a recording has no bench file", where=options.changes[0].where, hint="leave it away")
+        raise UsageError("a recording has no bench file", where=options.changes[0].where, hint="leave it out")
     if options.through:
-        raise UsageError("a recording has no lines", where=f"--through {options.through}", hint="leave it away")
+        raise UsageError("a recording has no lines", where=f"--through {options.through}", hint="leave it out")
     return CaptureProvider(options, Path(target.rest))
 
 

@@ -168,7 +168,9 @@ def _check(options: CheckOptions, provider_factory: ProviderFactory, console: Co
         if options.rerun_inconclusive and any(
             case.verdict is Verdict.INCONCLUSIVE and case.case_hash for case in report.cases
         ):
-            console.narrate("--rerun-inconclusive: in virtual time the same would come again, so nothing is run again")
+            console.narrate(
+                "--rerun-inconclusive: has no effect in virtual time, where a second run gives the same result"
+            )
         with _no_interruption():
             last_failed.remember(report, options)
             code = write_report(report, options, console, _closing_error(stack) or lost)
@@ -198,7 +200,7 @@ def _only(options: CheckOptions, provider: BenchProvider, console: Console) -> f
     if not failed:
         console.narrate(f"--last-failed: no case is known to have failed here; {len(planned)} are run")
         return None
-    console.narrate(f"--last-failed: {len(failed)} of {len(planned)} cases did not pass when they were run last")
+    console.narrate(f"--last-failed: {len(failed)} of {len(planned)} cases did not pass last time")
     return failed
 
 

@@ -13,6 +13,7 @@ import io
 import os
 import sys
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from hilbench import __version__
 from hilbench.errors import HilbenchError, InternalError, UnavailableError, UsageError
@@ -20,26 +21,30 @@ from hilbench.exit_codes import ExitCode
 from hilbench.files.built_in import built_in_benches
 from hilbench.terminal import interruption
 
+if TYPE_CHECKING:
+    import argparse
+
 COMMANDS = {
     "check": "run conformance suites on a target and report clause by clause",
-    "campaign": "run one check at many points: seeds, images, faults, settings; and say what differs",
-    "shrink": "find the fewest faults and stimuli of a bench that still fail a clause",
+    "campaign": "run one check with many seeds, images, faults or settings, and compare the results",
+    "shrink": "reduce the faults and stimuli of a bench to those that a failing clause needs",
     "run": "run firmware on emulated boards, in virtual time",
     "decode": "show the bytes of a line as frames",
-    "protocols": "list the protocols that are there, those of plug-ins among them",
+    "protocols": "list the installed protocols, with those of plug-ins",
     "export": "write a journal as MCAP, pcapng, VCD or CSV",
-    "report": "make one HTML page of stored runs of checks, several beside each other",
-    "render": "draw the world of a recording at one moment: what stands there, the vehicle and its way",
-    "diff": "compare two recordings: what the pins did, or event by event",
-    "proxy": "stand between a client and a board: look, record, inject faults",
+    "report": "make an HTML page from stored check runs, to read or to compare them",
+    "render": "draw the world of a recording at one moment: obstacles, vehicle and path",
+    "diff": "compare two recordings, by pins or event by event",
+    "proxy": "sit between a client and a board: watch, record, inject faults",
     "serve": "offer a virtual target on a pty or a TCP port, in real time",
     "init": "write a bench file and a test for firmware of your own",
-    "attach": "come back to a bench that was left running in the dashboard",
-    "replay": "look at a recording in the dashboard, or play it to a target",
-    "doctor": "say what is wrong here and what to do, how exact a port is, what is modelled of a chip",
-    "ports": "show serial ports: what is plugged in, who has it, what is in the way",
-    "udev": "rules for udev: access to boards and adapters, names that stay",
-    "validate": "read a bench file and say whether it is right",
+    "attach": "return to a bench that still runs after you left the dashboard",
+    "replay": "view a recording in the dashboard, or replay it to a target",
+    "doctor": "check this installation, measure the timing of a port, list what is modelled of a chip",
+    "ports": "list serial ports: device, board, who uses it, and problems",
+    "udev": "print or install udev rules: access to boards and adapters, stable names",
+    "validate": "check a bench file for mistakes",
+    "completion": "print a script that lets a shell complete commands, options and names",
 }
 
 _OF_DASHBOARD = frozenset({"--journal", "--scene", "--seed", "--target", "--web", "--web-host"})
@@ -73,7 +78,7 @@ examples:
 
 exit codes:
     0  all checks passed
-    1  the target violates a clause; firmware crashed, or ended with another status than 0
+    1  the target violates a clause; the firmware crashed, or ended with a status other than 0
     2  wrong usage or bench file, nothing selected
     3  bench or target not available, or output that could not be written
     4  inconclusive
@@ -136,10 +141,23 @@ def _run(name: str, words: list[str]) -> int:
         from hilbench.cli.siblings import check_siblings
 
         check_siblings()
+    _choose_plain(arguments)
     try:
         return int(command.run(arguments))
     finally:
         _report_plugins()
+
+
+def _choose_plain(arguments: argparse.Namespace) -> None:
+    """Print as into a file where the command has an option for that, and it or the settings say so."""
+    from hilbench.terminal.console import Console
+
+    if "plain" in arguments:
+        from hilbench.terminal.settings import settings
+
+        Console.plain = arguments.plain or settings().plain
+    else:
+        Console.plain = False
 
 
 def _report_plugins() -> None:
@@ -173,7 +191,8 @@ def _unknown_command(word: str) -> UsageError:
     from hilbench.nearest import did_you_mean, nearest
 
     if word.startswith("-"):
-        return UsageError(f"unknown option '{word}'", hint=did_you_mean(word, ["--help", "--version"], "options"))
+        known = ["--help", "--version", *sorted(_OF_DASHBOARD)]
+        return UsageError(f"unknown option '{word}'", hint=did_you_mean(word, known, "options"))
     from hilbench.plugins.discovery import PLUGINS
 
     if word in PLUGINS.names():

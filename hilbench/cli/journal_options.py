@@ -24,7 +24,7 @@ def add_journal(parser: Parser) -> None:
         "--journal-max",
         metavar="SIZE",
         type=typed(arguments.journal_bytes),
-        help="with --journal: how large it may get, such as 50MB; older parts are dropped, FILE.1 is the one before",
+        help="with --journal: its largest size, such as 50MB; older parts are dropped, FILE.1 is the previous part",
     )
 
 
@@ -39,5 +39,5 @@ def check_journal(parsed: argparse.Namespace) -> None:
     if parsed.journal_max is not None and parsed.journal is None:
         raise UsageError("there is no journal to limit", where="--journal-max", hint="give --journal FILE, too")
     if parsed.journal_max is not None and limited_name(parsed.journal) is None:
-        hint = "name a file, or leave --journal-max away"
+        hint = "name a file, or leave out --journal-max"
         raise UsageError("is no file on a disk that can become FILE.1", where=f"--journal {parsed.journal}", hint=hint)

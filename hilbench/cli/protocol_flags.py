@@ -24,13 +24,13 @@ __all__ = ["ProtocolParser", "add_plugins", "flags_of", "use_plugins"]
 _OWN = "of protocol: "
 """Before the names of a protocol's options, so that none is that of an option of the command."""
 
-OWN_FLAGS_NOTE = "A protocol may have flags of its own; 'hilbench protocols NAME' lists them."
+OWN_FLAGS_NOTE = "A protocol may have options of its own; 'hilbench protocols NAME' lists them."
 
 
 def add_plugins(parser: Parser) -> None:
     """Add the flag that names files with plug-ins."""
     parser.add_argument("--plugin", metavar="FILE", type=Path, action="append", default=[],
-        help="run this .py file, which brings a protocol (repeatable)")  # fmt: skip
+        help="load a protocol from this .py file (repeatable)")  # fmt: skip
 
 
 def use_plugins(paths: Iterable[Path]) -> None:

@@ -19,24 +19,24 @@ if TYPE_CHECKING:
 
 _EXAMPLES = """
 hilbench campaign faults.toml                          all points, on all processors; results in faults.sqlite
-hilbench campaign faults.toml --list                   the points, as commands, and nothing is run
-hilbench campaign faults.toml --html faults.html       what it has shown, as a page
+hilbench campaign faults.toml --list                   list the points as commands; run nothing
+hilbench campaign faults.toml --html faults.html       the results as a page
 hilbench campaign faults.toml --json -                 the same as data
 hilbench campaign faults.toml --scheduler tcp://10.0.0.5:8786    on many hosts
 """
 
 _NOTES = """
-FILE says which check is run at which points: seeds, benches, and factors such as firmware images, faults and settings
-(docs/campaigns.md). A point that has a result is not run again: what was interrupted goes on where it was. It is
-another point if its bench, its firmware, its suite or hilbench itself has changed.
-A campaign measures: points that fail are results. Exit code 0: each point has a result; 2: wrong usage, file or bench;
-3, 5: some points could not be run, and have no verdict; 130: interrupted, what was run is kept.
+FILE says which check runs at which points: seeds, benches, and factors such as firmware images, faults and settings
+(docs/campaigns.md). A point that has a result is not run again, so an interrupted campaign continues where it stopped.
+A point counts as new if its bench, its firmware, its suite or hilbench has changed.
+A campaign measures, so a point that fails is a result, not an error. Exit code 0: each point has a result; 2: wrong
+usage, file or bench; 3, 5: some points could not be run and have no verdict; 130: interrupted, results are kept.
 """
 
 
 def parser() -> Parser:
     """Return the parser of this command."""
-    made = Parser("hilbench campaign", "Run one check at many points, and say what differs.", _EXAMPLES, _NOTES)
+    made = Parser("hilbench campaign", "Run one check at many points, and compare the results.", _EXAMPLES, _NOTES)
     add = made.add_argument
     add("file", metavar="FILE", type=Path, help="campaign file, such as faults.toml")
     add("--results", metavar="FILE", type=Path, help="SQLite file of the results (default: beside FILE, as .sqlite)")
@@ -45,8 +45,9 @@ def parser() -> Parser:
     add("--scheduler", metavar="ADDRESS", default="",
         help="run the points on the workers of this Dask scheduler, such as tcp://10.0.0.5:8786")  # fmt: skip
     add("--list", action="store_true", help="print the points as commands, and run nothing")
-    add("--html", metavar="FILE", type=typed(arguments.output_file), help="write what it has shown as one HTML page")
-    add("--json", metavar="FILE", help="write it as JSON; - is standard output")
+    add("--html", metavar="FILE", type=typed(arguments.output_file), help="write the results as one HTML page")
+    add("--json", metavar="FILE", help="write the results as JSON; - is standard output")
+    made.add_plain()
     return made
 
 

@@ -23,18 +23,18 @@ hilbench check --target serial:/dev/ttyUSB0@9600 --suite p2os-server --junit rep
 hilbench check rover -k 'P24D or P29D'             an emulated rover, each case on the image of its own profile
 hilbench check vehicle --jobs auto                 on all processors: the same verdicts and the same run hash, sooner
 hilbench check --suite pkt-board --target serial:/dev/ttyACM0@115200
-hilbench check --suite pkt-board --target serial:serial=0668FF303430   whatever its port is called; see hilbench ports
+hilbench check --suite pkt-board --target serial:serial=0668FF303430   chosen by USB serial number; see hilbench ports
 hilbench check vehicle-model --target simulator=serial:/dev/ttyUSB0 --target stack=serial:/dev/ttyACM0
-hilbench check rover --target serial:/dev/ttyACM0@115200 --operator    asks for what needs a hand on it
-hilbench check rover --through rfc2217             whole suites with that door on the way, in virtual time
-hilbench check pioneer --set world.scene=corridor -k M05     in another scene than the bench file names
-hilbench check rover --last-failed -x              what did not pass last time, up to the first that fails again
+hilbench check rover --target serial:/dev/ttyACM0@115200 --operator    asks you to do what needs a hand on it
+hilbench check rover --through rfc2217             whole suites through an endpoint of that kind, in virtual time
+hilbench check pioneer --set world.scene=corridor -k M05     in another scene
+hilbench check rover --last-failed -x              what did not pass last time, until one fails again
 hilbench check --list --json -
 """
 
 _NOTES = """
--k takes words joined by and, or, not and parentheses. The id of a clause means that clause; any other word, every case
-with that text in its name, its suite, or the id or title of its clauses.
+-k takes words joined by and, or, not and parentheses. The id of a clause selects that clause. Any other word selects
+the cases with that text in their name, their suite, or the id or title of their clauses.
 Precedence of exit codes: 130, 5, 3, 1, 4, 0.
 """
 
@@ -56,7 +56,7 @@ def parser() -> Parser:
         "LINE=... where the checker has several lines; for a client under test listen:pty:PATH, listen:tcp:PORT or "
         "exec:COMMAND; for a recording capture:FILE")  # fmt: skip
     add("--set", metavar="KEY=VALUE", dest="changes", action="append", default=[], type=typed(_change),
-        help="put VALUE in the place of what the bench file says, as in world.scene=corridor or "
+        help="replace a value of the bench file, as in world.scene=corridor or "
         "faults.0.probability=0.01")  # fmt: skip
     add("--suite", metavar="S", action="append", default=[],
         help="shipped suite, or a .py file or folder of your own (default: all shipped suites)")  # fmt: skip
@@ -69,7 +69,7 @@ def parser() -> Parser:
         help="a failing 'should' counts like a 'must'; a 'must' that this bench cannot show is inconclusive",
     )
     add("--timeout-scale", metavar="X", type=typed(arguments.timeout_scale), default=1.0,
-        help="wait X times longer for a slow target or host; limits that are judged stay (default: 1)")  # fmt: skip
+        help="wait X times longer for a slow target or host; the limits of clauses stay (default: 1)")  # fmt: skip
     add("--html", metavar="FILE", type=typed(arguments.output_file),
         help="write the whole run as one HTML page, with the last moments of each case that fails")  # fmt: skip
     add("--junit", metavar="FILE", type=typed(arguments.output_file), help="write JUnit XML")
@@ -78,26 +78,27 @@ def parser() -> Parser:
     add("--jobs", metavar="N", type=typed(arguments.jobs), default=1,
         help="run cases of a virtual target in N processes, or in as many as there are processors: auto")  # fmt: skip
     add("--through", choices=THROUGH, default="",
-        help="let each byte of the checker's lines pass such a door of this machine, in virtual time")  # fmt: skip
+        help="pass each byte of the checker's lines through such an endpoint, in virtual time")  # fmt: skip
     add("-x", dest="max_failures", action="store_const", const=1, default=0, help="stop at the first case that fails")
     add("--maxfail", dest="max_failures", metavar="N", type=typed(arguments.count),
         help="stop when N cases have failed")  # fmt: skip
     add("--last-failed", action="store_true",
-        help="run only what did not pass when it was run last on this bench and target; else all")  # fmt: skip
+        help="run only what did not pass last time on this bench and target; all, if it never ran")  # fmt: skip
     add("--rerun-inconclusive", metavar="N", type=typed(arguments.count), default=0,
-        help="run what is inconclusive up to N times again, at a target in real time; never a failure")  # fmt: skip
+        help="run an inconclusive case up to N more times, on a target in real time; never a failing one")  # fmt: skip
     add("--operator", action="store_true",
-        help="ask at the terminal for what needs a hand or an eye on a target at a port")  # fmt: skip
+        help="ask at the terminal for actions and observations on a target at a port")  # fmt: skip
     add("--operator-hook", metavar="CMD", type=typed(arguments.command), default=(),
-        help="run CMD for each of these requests instead, or first; it gets it as arguments and as JSON")  # fmt: skip
-    add("-q", "--quiet", action="store_true", help="print what is not shown and the last line, and nothing meanwhile")
+        help="run CMD for these requests, before or instead of --operator; as arguments and JSON")  # fmt: skip
+    add("-q", "--quiet", action="store_true", help="print only the clauses that do not pass, and the last line")
     add("--ci", choices=("auto", "github", "gitlab", "none"), default="auto",
         help="show the result as that CI system does (default: the one that runs this)")  # fmt: skip
     add("--code-quality", metavar="FILE", type=typed(arguments.output_file),
-        help="write what is not shown as a Code Quality report, which GitLab reads")  # fmt: skip
+        help="write the clauses that do not pass as a Code Quality report for GitLab")  # fmt: skip
     add("--screens", metavar="DIR", type=typed(arguments.output_file),
-        help="for each case that fails, the screen of the dashboard at that moment: DIR/CASE.svg")  # fmt: skip
+        help="save the dashboard's screen at the failure of each failing case: DIR/CASE.svg")  # fmt: skip
     add_plugins(made)
+    made.add_plain()
     return made
 
 
@@ -116,7 +117,7 @@ def run(parsed: argparse.Namespace) -> int:
     check_journal(parsed)
     use_plugins(parsed.plugin)
     options = CheckOptions(
-        bench=parsed.bench,
+        bench=_bench_of(parsed),
         targets=tuple(parsed.target),
         suites=tuple(parsed.suite),
         select=escaped(parsed.select),
@@ -144,6 +145,16 @@ def run(parsed: argparse.Namespace) -> int:
         operator_hook=parsed.operator_hook,
     )
     return run_check(options, _provider_of, draw=_draw)
+
+
+def _bench_of(parsed: argparse.Namespace) -> str | None:
+    """Return the bench that is named, or the one of the settings where nothing is."""
+    named: str | None = parsed.bench
+    if named is not None or parsed.target or parsed.suite:
+        return named
+    from hilbench.benchfile.chosen import chosen_bench
+
+    return chosen_bench()
 
 
 def _provider_of(options: CheckOptions) -> BenchProvider:

@@ -13,6 +13,7 @@ from hilbench.errors import UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.files import check_writable
 from hilbench.files.built_in import built_in_benches
+from hilbench.nearest import did_you_mean
 from hilbench.terminal import arguments, interruption
 from hilbench.terminal.options import DEFAULT_BENCH
 from hilbench.terminal.parser import Parser, typed
@@ -31,24 +32,24 @@ _EXAMPLES = """
 hilbench                         ./hilbench.toml if there is one, else the virtual Pioneer
 hilbench pioneer --scene room-with-boxes
 hilbench rover                   a built-in bench, a bench file, or BOARD:IMAGE
-hilbench rover --target serial:/dev/ttyACM0@115200      a real one; nobody drives it unasked
+hilbench rover --target serial:/dev/ttyACM0@115200      a real one; nothing is sent to it until you drive
 hilbench vehicle --target simulator=serial:/dev/ttyUSB0 --target stack=serial:/dev/ttyACM0
 hilbench my-bench.toml --seed 7 --journal session.jsonl
-hilbench rover --web             in a browser: prints the address, with a token that nobody else knows
+hilbench rover --web             in a browser; prints the address, with a secret token
 """
 
 _NOTES = """
-The bench runs in a process of its own: q stops it or detaches from it, 'hilbench attach' returns. ? explains the
-screen.
+The bench runs in a process of its own. q stops it or detaches from it; 'hilbench attach' returns to it. ? explains
+the screen.
 """
 
 
 def parser() -> Parser:
     """Return the parser of this command."""
-    made = Parser("hilbench", "Open a bench, see it live and act on it.", _EXAMPLES, _NOTES)
+    made = Parser("hilbench", "Open the dashboard: watch a bench live, drive it, run checks on it.", _EXAMPLES, _NOTES)
     made.add_argument("what", metavar="TARGET|BENCH", nargs="?", help="as of 'hilbench serve'")
     made.add_argument("--target", metavar="[NAME=]T", action="append", default=[], type=typed(_target),
-        help="what somebody else runs: serial:/dev/ttyUSB0@9600, a pyserial URL; NAME: which line")  # fmt: skip
+        help="use this as the target: serial:/dev/ttyUSB0@9600, or a pyserial URL; NAME: for which line")  # fmt: skip
     made.add_argument(
         "--scene", metavar="S", help="scene to stand in: a built-in name or a file, as of 'hilbench serve'"
     )
@@ -77,6 +78,11 @@ def run(parsed: argparse.Namespace) -> int:
         require_terminal("try 'hilbench check' or 'hilbench --help'")
     if parsed.journal is not None:
         check_writable(parsed.journal, "--journal")
+    theme()
+    if not parsed.what and not parsed.target:
+        from hilbench.benchfile.chosen import chosen_bench
+
+        parsed.what = chosen_bench()
     from hilbench.tui.bench_process import BenchProcess
 
     name = parsed.what or ("" if DEFAULT_FILE.is_file() else DEFAULT_BENCH)
@@ -123,7 +129,8 @@ def show(process: BenchProcess) -> ExitCode:
         def open_bench(name: str) -> BenchProcess:
             return start(lambda: BenchProcess.start([name], name=name))
 
-        dashboard = Dashboard(process, benches=_benches(), open_bench=open_bench, memory=Memory(state_file()))
+        memory = Memory(state_file())
+        dashboard = Dashboard(process, benches=_benches(), open_bench=open_bench, memory=memory, theme=theme())
         dashboard.run()
     except BaseException:
         process.stop()
@@ -135,6 +142,25 @@ def show(process: BenchProcess) -> ExitCode:
         dashboard.process.stop()
         return ExitCode.DEFECT
     return last.never_began if isinstance(last, BenchProcess) else ExitCode.OK
+
+
+def theme() -> str:
+    """Return the theme of the settings; empty if they name none.
+
+    Raises:
+        UsageError: there is no such theme, or the settings are wrong.
+    """
+    from hilbench.terminal.settings import settings, settings_file
+
+    chosen = settings().theme
+    if not chosen:
+        return ""
+    from textual.theme import BUILTIN_THEMES
+
+    if chosen not in BUILTIN_THEMES:
+        hint = did_you_mean(chosen, BUILTIN_THEMES, "themes")
+        raise UsageError(f"no theme '{chosen}'", where=str(settings_file()), hint=hint)
+    return chosen
 
 
 def _ahead_of_us() -> Callable[[Callable[[], BenchProcess]], BenchProcess]:
@@ -179,12 +205,14 @@ def _require_web() -> None:
 
     if importlib.util.find_spec("textual_serve") is None:
         hint = "pip install 'hilbench[web]'"
-        raise UnavailableError("what shows the dashboard in a browser is not installed", where="--web", hint=hint)
+        raise UnavailableError(
+            "the package that shows the dashboard in a browser is not installed", where="--web", hint=hint
+        )
 
 
 def _port(text: str) -> int:
     if not text.isascii() or not text.isdigit() or int(text) > _HIGHEST_PORT:
-        raise ValueError(f"'{text}' is no TCP port; a bench stands before it: hilbench BENCH --web PORT")
+        raise ValueError(f"'{text}' is no TCP port; write the bench first: hilbench BENCH --web PORT")
     return int(text)
 
 

@@ -13,17 +13,18 @@ _EXAMPLES = """
 hilbench decode pkt capture.bin                      bytes as they stood on the line
 xxd capture.bin | hilbench decode pkt -              or as a hex dump of any kind
 echo 50 4B 54 21 01 00 E1 F0 0A | hilbench decode pkt
-hilbench decode pkt check.jsonl --stream 'rover tx'  what the rover said in a journal
+hilbench decode pkt check.jsonl --stream 'rover tx'  what the rover sent, from a journal
 hilbench decode p2os session.pcapng                  a capture: pcapng, MCAP, or a table of 'hilbench export'
 hilbench decode pkt --framing term --schema v1 --json < /dev/ttyACM0
 hilbench decode p2os robot.bin --from target
 """
 
 _NOTES = """
-Each line has the offset of the first byte in its stream, then what the frame says; lines with !! are bytes that make no
-frame, and why. Behind them reading goes on with the next frame. Input that goes on for ever is decoded as it comes.
-Exit code 0: every byte belongs to a frame that says something; 1: some do not; 2: wrong usage; 3: the input cannot be
-read, or the output not written; 130: interrupted.
+Each line has the offset of the first byte in its stream, then the name and fields of the frame. A line with !! has
+bytes that are not a valid frame, with the reason; decoding continues with the next frame. Endless input is decoded as
+it arrives.
+Exit code 0: every byte belongs to a valid frame; 1: some do not; 2: wrong usage; 3: the input cannot be read, or the
+output cannot be written; 130: interrupted.
 """
 
 
@@ -31,14 +32,14 @@ def parser() -> Parser:
     """Return the parser of this command."""
     made = ProtocolParser("hilbench decode", "Show the bytes of a line as frames.", _EXAMPLES, _NOTES)
     add = made.add_argument
-    add("protocol", metavar="PROTOCOL", help="what is spoken; 'hilbench protocols' lists them")
-    add("file", metavar="FILE", nargs="?", default="-", help="what to read; - is standard input (the default)")
+    add("protocol", metavar="PROTOCOL", help="the protocol; 'hilbench protocols' lists them")
+    add("file", metavar="FILE", nargs="?", default="-", help="the file to read; - is standard input (the default)")
     add("--input", metavar="FORM", choices=("auto", "raw", "hex", "journal", "capture"), default="auto",
         help="bytes, hex dump, journal, or capture: pcapng, MCAP, CSV (default: auto, by how it begins)")  # fmt: skip
     add("--stream", metavar="NAME", action="append", default=[],
-        help="of a journal or a capture, only this stream, such as 'rover tx' (repeatable)")  # fmt: skip
+        help="only this stream of a journal or a capture, such as 'rover tx' (repeatable)")  # fmt: skip
     add("--from", dest="speaker", metavar="END", choices=("host", "target"),
-        help="who sends, where the protocol asks: host or target (default: target, or as a journal says)")  # fmt: skip
+        help="who sends, if the protocol needs it: host or target (default: target, or as a journal says)")  # fmt: skip
     add("--json", action="store_true", help="print JSON, an object a line")
     return made
 

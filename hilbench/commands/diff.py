@@ -34,9 +34,7 @@ Exit code 0: equal, up to the tolerance; 1: different; 2: wrong usage, or nothin
 
 def parser() -> Parser:
     """Return the parser of this command."""
-    made = Parser(
-        "hilbench diff", "Compare what the pins did, or all that happened, in two recordings.", _EXAMPLES, _NOTES
-    )
+    made = Parser("hilbench diff", "Compare two recordings: their pins, or all their events.", _EXAMPLES, _NOTES)
     add = made.add_argument
     add("a", metavar="A", help="journal, VCD or CSV")
     add("b", metavar="B", help="journal, VCD or CSV")
@@ -48,10 +46,10 @@ def parser() -> Parser:
         help="compare these signals only, such as 'PB*' (repeatable)")  # fmt: skip
     add("--order-only", action="store_true", help="compare the order of the changes, not their times")
     add("--tolerance", metavar="TIME", type=typed(arguments.duration_ns), default=0,
-        help="how far times may be apart, such as 10ms (default: not at all)")  # fmt: skip
+        help="how far times may differ, such as 10ms (default: 0)")  # fmt: skip
     add("--until", metavar="TIME", type=typed(arguments.duration_ns),
-        help="compare only so long, from the first common change on, such as 10s")  # fmt: skip
-    add("--common", action="store_true", help="compare what both have; one may end while the other goes on")
+        help="compare only this long from the first common change, such as 10s")  # fmt: skip
+    add("--common", action="store_true", help="compare only the time that both cover")
     add("--events", action="store_true", help="compare events, not pins: the first one that is not the same")
     add("--only", metavar="GLOB", action="append", default=[],
         help="with --events: these only, 'SOURCE KIND', such as 'checker rx' or '* verdict' (repeatable)")  # fmt: skip
@@ -113,7 +111,7 @@ def _events(parsed: argparse.Namespace) -> int:
     of_pins = {"--map": parsed.map, "--pins": parsed.pins, "--until": parsed.until, "--common": parsed.common}
     for option, value in of_pins.items():
         if value:
-            raise UsageError("is about pins", where=option, hint="leave it or --events away")
+            raise UsageError("is about pins", where=option, hint="leave out it or --events")
     if len(parsed.case) > 1:
         raise UsageError("with --events it is the same case in both", where="--case")
     a, b = read_recording(Path(parsed.a)), read_recording(Path(parsed.b))

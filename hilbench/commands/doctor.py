@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     from hilbench.terminal.console import Console
 
 _EXAMPLES = """
-hilbench doctor                            is everything here, and right
-hilbench doctor --port serial:/dev/ttyUSB0@9600    what is in the way at a port
-hilbench doctor --calibrate /dev/ttyUSB0@115200    how exact a port is; join TX and RX first
+hilbench doctor                            is everything installed and set up?
+hilbench doctor --port serial:/dev/ttyUSB0@9600    what is wrong with a port?
+hilbench doctor --calibrate /dev/ttyUSB0@115200    how exact is a port? join TX and RX first
 hilbench doctor --fidelity                 what is modelled of the STM32F103C8, register by register
 hilbench doctor --fidelity STM32F103RB --json
 hilbench doctor --fidelity nucleo-h753zi    of the chip on a board
@@ -22,7 +22,7 @@ hilbench doctor --fidelity nucleo-h753zi    of the chip on a board
 _NOTES = """
 exit codes:
     0  nothing is broken; a warning is something that could be better, or is not needed now
-    3  a cross: something does not work, and the line below it says what to do; with --calibrate: nothing came back
+    3  something does not work, and the line below it says what to do; with --calibrate: nothing came back
 
 --calibrate sends some kilobytes of printable characters to whatever is attached. Something must send them back: a plug
 that joins TX and RX, or firmware that echoes. Do not point it at a robot.
@@ -38,7 +38,9 @@ def parser() -> Parser:
     )
     made = Parser("hilbench doctor", summary, _EXAMPLES, _NOTES)
     what = made.add_mutually_exclusive_group()
-    what.add_argument("--port", metavar="TARGET", help="look at this port, too; as after --target of hilbench check")
+    what.add_argument(
+        "--port", metavar="TARGET", help="also check this port; written as for --target of hilbench check"
+    )
     what.add_argument("--calibrate", metavar="PORT",
         help="measure round trip, jitter and pacing of a port, and keep them for the verdicts")  # fmt: skip
     what.add_argument("--fidelity", metavar="CHIP", nargs="?", const=_DEFAULT_CHIP,

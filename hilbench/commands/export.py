@@ -19,9 +19,9 @@ hilbench export check.jsonl --case p2os-server/sync0_is_echoed --mcap one.mcap
 """
 
 _NOTES = """
-JOURNAL may be any recording that hilbench reads: a journal (--journal), pcapng, MCAP, or a table of --csv. One that was
-cut is written up to there. FILE may be a pipe or /dev/stdout. Cases, each with a bench time of its own, follow each
-other. What each format has, and has not, is in docs/recordings.md.
+JOURNAL may be any recording that hilbench reads: a journal (--journal), pcapng, MCAP, or a table of --csv. A
+truncated one is exported as far as it goes. FILE may be a pipe or /dev/stdout. Cases, each with a bench time of its
+own, follow each other. docs/recordings.md says what each format contains.
 Exit code 0: written; 2: wrong usage, or nothing to write; 3: a file cannot be read or written.
 """
 
@@ -32,7 +32,7 @@ def parser() -> Parser:
     """Return the parser of this command."""
     made = ProtocolParser("hilbench export", "Write a journal in the formats of other programs.", _EXAMPLES, _NOTES)
     add = made.add_argument
-    add("journal", metavar="JOURNAL", type=Path, help="what was recorded")
+    add("journal", metavar="JOURNAL", type=Path, help="the recording")
     add("--mcap", metavar="FILE", type=typed(arguments.output_file),
         help="everything, with decoded frames, poses and a log: Foxglove")  # fmt: skip
     add("--pcapng", metavar="FILE", type=typed(arguments.output_file),
@@ -41,7 +41,7 @@ def parser() -> Parser:
     add("--csv", metavar="FILE", type=typed(arguments.output_file), help="everything, a line for each event")
     add("--case", metavar="ID", default="", help="only this case of a journal of 'hilbench check'")
     add("--protocol", metavar="PROTOCOL",
-        help="what is spoken, for the frames of --mcap (default: what makes frames of most bytes)")  # fmt: skip
+        help="the protocol for the frames of --mcap (default: the one that fits most bytes)")  # fmt: skip
     add("--json", action="store_true", help="print what was written as JSON")
     return made
 

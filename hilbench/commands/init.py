@@ -27,7 +27,7 @@ For firmware on an emulated board it writes hilbench.toml, test_firmware.py and 
 test, 'hilbench run --follow' shows what the firmware does, 'hilbench serve hilbench.toml' puts its serial ports on
 ptys.
 For a board at a serial port it writes test_board.py, and a pytest.ini that says which board: by its USB identity, so
-that it is found again under another name. Nothing is opened, nothing is overwritten.
+that it is found again under another name. It opens no port and overwrites no file.
 For a protocol that is not there yet it writes a package with a small one that works: frames, both roles as models, five
 rules with a suite, a bench, tests (docs/plugins.md).
 """
@@ -45,7 +45,7 @@ def parser() -> Parser:
     add("--board", metavar="BOARD",
         help="built-in board (bluepill, nucleo-f103rb, nucleo-f767zi, nucleo-h753zi, stm32vldiscovery), "
         "or a file of yours (.toml)")  # fmt: skip
-    add("--chip", metavar="PART", help="the chip that the board has instead of its own, such as STM32F103CB")
+    add("--chip", metavar="PART", help="another chip on the board, such as STM32F103CB")
     add("--image", metavar="IMAGE", type=Path, help="what would be flashed: ELF, Intel HEX or raw binary")
     add("--protocol", metavar="PROTOCOL",
         help="for a board at a serial port: what it speaks ('hilbench protocols' lists them); or the name of a "
@@ -113,7 +113,7 @@ def _check(parsed: argparse.Namespace) -> None:
     if parsed.protocol is not None:
         for option, value in (*of_board.items(), ("--chip", parsed.chip)):
             if value is not None:
-                raise UsageError("is for an emulated board", where=option, hint="leave it or --protocol away")
+                raise UsageError("is for an emulated board", where=option, hint="leave out it or --protocol")
         return
     for option, value in of_port.items():
         if value:

@@ -43,7 +43,7 @@ def in_scene(bench_file: BenchFile, scene: str | None) -> BenchFile:
     if scene is None:
         return bench_file
     if not bench_file.has_world:
-        raise UsageError("nothing stands in a world here", where=f"--scene {scene}")
+        raise UsageError("no target of this bench has a world", where=f"--scene {scene}")
     resolved = resolve_scene(scene, Path(), "--scene")
     return replace(bench_file, world=msgspec.structs.replace(bench_file.world, scene=resolved))
 

@@ -13,21 +13,21 @@ if TYPE_CHECKING:
     from hilbench.plugins.protocol import ProtocolPlugin
 
 _EXAMPLES = """
-hilbench protocols                     which there are, and where each comes from
-hilbench protocols pkt                 one of them: its flags, clauses, and what can be done with it
+hilbench protocols                     all, with where each comes from
+hilbench protocols pkt                 one of them: options, clauses, commands
 hilbench protocols --plugin ./tiny.py  with one of your own
 """
 
 _NOTES = """
 A protocol of your own is a package with an entry point in the group hilbench.protocols, or a file (docs/plugins.md).
-Exit code 0: all of them can be used; 2: there is none of that name, or one that was asked for cannot be used.
+Exit code 0: all of them can be used; 2: no protocol of that name, or the one you named cannot be used.
 """
 
 
 def parser() -> Parser:
     """Return the parser of this command."""
-    made = Parser("hilbench protocols", "List the protocols that are there.", _EXAMPLES, _NOTES)
-    made.add_argument("name", metavar="NAME", nargs="?", help="only this one, with all there is to it")
+    made = Parser("hilbench protocols", "List the installed protocols.", _EXAMPLES, _NOTES)
+    made.add_argument("name", metavar="NAME", nargs="?", help="show only this one, with all details")
     made.add_argument("--json", action="store_true", help="print JSON")
     add_plugins(made)
     return made

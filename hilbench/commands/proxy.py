@@ -21,9 +21,9 @@ hilbench proxy serial:/dev/ttyUSB0@9600 rfc2217://192.168.1.20:4000@9600
 """
 
 _NOTES = """
-A is where the client is, B where the board is; each is a door (pty:PATH, tcp:[HOST:]PORT, rfc2217:[HOST:]PORT), a
-serial port or pyserial URL, or a virtual target. Without faults every byte passes as it came. A file of faults holds
-[[faults]] as a bench file does, each towards = "a" or "b". Ctrl-C is how it ends, so the exit code is 0 then.
+A is the client's side, B the board's. Each is an endpoint (pty:PATH, tcp:[HOST:]PORT, rfc2217:[HOST:]PORT), a serial
+port or pyserial URL, or a virtual target. Without faults every byte passes unchanged. The file of --faults has
+[[faults]] tables as a bench file does, each with towards = "a" or "b". Ctrl-C ends it, with exit code 0.
 """
 
 
@@ -36,9 +36,9 @@ def parser() -> Parser:
     add("a", metavar="A", help="where the client is")
     add("b", metavar="B", help="where the board is")
     add("--clients", choices=[each.value for each in Clients], default=Clients.ALL,
-        help="who is served where several come to a socket: all, the newest, the first (default: all)")  # fmt: skip
-    add("--faults", metavar="FILE", type=Path, help="what goes wrong on the way (docs/faults.md)")
-    add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="decides what chance decides (default: 0)")
+        help="who is served if several clients connect: all, the newest, the first (default: all)")  # fmt: skip
+    add("--faults", metavar="FILE", type=Path, help="faults to inject on the way (docs/faults.md)")
+    add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the random faults (default: 0)")
     add("--protocol", metavar="P", help="print what passes as frames of this protocol")
     add("--json", action="store_true", help="print frames as JSON, an object a line")
     add_journal(made)

@@ -27,11 +27,11 @@ hilbench render run.jsonl --size 1920x1080 --output end.png
 """
 
 _NOTES = """
-FILE.svg is a map from above. FILE.png is a picture from behind the vehicle; it is drawn by MuJoCo, whatever physics the
-run had, and wants mujoco-core, PyOpenGL (`pip install 'hilbench[picture]'`) and EGL or OSMesa. Without --output a
-picture is drawn where that is there, else the map, into the working folder, under the name of the journal; an older one
-is replaced.
-The vehicle stands where it was recorded last, ten times a second, and level: a journal has no pitch and no roll.
+FILE.svg is a map from above. FILE.png is a picture from behind the vehicle. MuJoCo draws it, whatever physics the run
+had; it needs mujoco-core, PyOpenGL (`pip install 'hilbench[picture]'`) and EGL or OSMesa. Without --output hilbench
+writes the picture if it can, else the map, into the working folder, under the name of the journal. It replaces an older
+file.
+The vehicle is drawn at its last recorded pose (ten a second), and level: a journal has no pitch and no roll.
 Cases, each with a bench time of its own, follow each other; with --case, --at counts from the start of the case.
 Exit code 0: drawn; 2: wrong usage, or nothing to draw; 3: a file cannot be read or written, or there is no GL.
 """
@@ -41,9 +41,9 @@ def parser() -> Parser:
     """Return the parser of this command."""
     made = Parser("hilbench render", "Draw the world of a recording at one moment.", _EXAMPLES, _NOTES)
     add = made.add_argument
-    add("journal", metavar="JOURNAL", type=Path, help="what was recorded")
+    add("journal", metavar="JOURNAL", type=Path, help="the recording")
     add("--at", metavar="TIME", type=typed(arguments.duration_ns),
-        help="when, in bench time, such as 12s (default: when a vehicle was seen last)")  # fmt: skip
+        help="the moment, in bench time, such as 12s (default: the last one with a vehicle)")  # fmt: skip
     add("--case", metavar="ID", default="", help="only this case of a journal of 'hilbench check'")
     add("--output", metavar="FILE", type=typed(_drawing), help="the file to write, FILE.svg or FILE.png")
     add("--size", metavar="WIDTHxHEIGHT", type=typed(_size), default=(1280, 720),

@@ -26,9 +26,9 @@ hilbench replay check.jsonl --case p2os-server/move_goes_its_way --into serial:/
 _NOTES = """
 In the dashboard: p plays; left and right go a second back and on, with shift ten; , and . go event by event; e and E
 find the next error and the one before; a click on the line of time goes there.
---into says once more what the host said, at the same times: in virtual time to a bench of ours, a fresh one for each
-case, and in real time to a port. Its frames are held against those of the recording, not their times; for these there
-is 'hilbench diff --events'. A robot that has stood elsewhere says so: a real one hardly ever answers the same.
+--into sends the host's bytes again, at the same times: in virtual time to a bench, a fresh one for each case, and in
+real time to a port. It compares the frames that come back with those of the recording, but not their times: use
+'hilbench diff --events' for these. A real robot hardly ever answers the same, as its position and battery differ.
 Exit code with --into 0: the target has answered the same; 1: it has not; 2: wrong usage; 3: not available; 130:
 interrupted.
 """
@@ -36,7 +36,7 @@ interrupted.
 
 def parser() -> Parser:
     """Return the parser of this command."""
-    summary = "Look at a recording in the dashboard, at any moment of it, or play it to a target."
+    summary = "View a recording in the dashboard, at any moment, or replay it to a target."
     made = Parser("hilbench replay", summary, _EXAMPLES, _NOTES)
     add = made.add_argument
     add("journal", metavar="JOURNAL", help="the file")
@@ -68,7 +68,7 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def _look(path: Path) -> int:
-    from hilbench.commands.dashboard import require_terminal
+    from hilbench.commands.dashboard import require_terminal, theme
 
     require_terminal("'hilbench decode' does without")
     from hilbench.recordings.piecewise import open_pieces
@@ -78,7 +78,7 @@ def _look(path: Path) -> int:
     from hilbench.tui.recorded import RecordedBench
 
     replay = Replay(open_pieces(path))
-    Dashboard(RecordedBench(path), replay, memory=Memory(state_file())).run()
+    Dashboard(RecordedBench(path), replay, memory=Memory(state_file()), theme=theme()).run()
     return ExitCode.OK
 
 
@@ -136,7 +136,7 @@ def _into(parsed: argparse.Namespace) -> int:
         from msgspec import to_builtins
 
         console.data(json_text({"format": 1, "equal": not different, "cases": to_builtins(reported)}))
-    console.narrate("the target has answered the same" if not different else "the target has answered otherwise")
+    console.narrate("the target has answered the same" if not different else "the target has answered differently")
     return ExitCode.VIOLATION if different else ExitCode.OK
 
 

@@ -17,15 +17,15 @@ if TYPE_CHECKING:
     from hilbench.check.results import Report
 
 _EXAMPLES = """
-hilbench check rover --json old.json --journal old.jsonl        and again with the firmware that is to come
+hilbench check rover --json old.json --journal old.jsonl        then again with the new firmware
 hilbench report old.json old.jsonl new.json new.jsonl --html report.html
 hilbench report run.jsonl > report.html
 """
 
 _NOTES = """
-RUN is a report of 'hilbench check --json', or a recording of 'hilbench check --journal'. A recording that follows a
-report shows the last moments of its cases: frames with their fields, pins, where the vehicle was. A recording alone has
-verdicts by case. Several reports stand beside each other, from the left to the right; 'changed' shows what differs.
+RUN is a report of 'hilbench check --json', or a recording of 'hilbench check --journal'. A recording after a
+report adds the last moments of its cases: frames with their fields, pins, the position of the vehicle. A recording
+alone has verdicts by case. Several reports are columns, from left to right; 'changed' shows what differs.
 The page needs no network and loads nothing.
 Exit code 0: written; 2: wrong usage; 3: a file cannot be read or written.
 """
@@ -33,7 +33,7 @@ Exit code 0: written; 2: wrong usage; 3: a file cannot be read or written.
 
 def parser() -> Parser:
     """Return the parser of this command."""
-    made = Parser("hilbench report", "Make one HTML page of stored runs of checks.", _EXAMPLES, _NOTES)
+    made = Parser("hilbench report", "Make one HTML page from stored check runs.", _EXAMPLES, _NOTES)
     made.add_argument("runs", metavar="RUN", nargs="+", type=Path, help="reports as JSON, recordings of the same runs")
     made.add_argument("--html", metavar="FILE", type=typed(arguments.output_file), help="default: standard output")
     return made

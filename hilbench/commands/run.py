@@ -16,15 +16,15 @@ _EXAMPLES = """
 hilbench run bluepill:firmware.elf --for 10s --follow      ten seconds of bench time, shown line by line
 hilbench run bluepill:firmware.hex --for 500ms --vcd waves.vcd
 hilbench run nucleo-f767zi:firmware.elf --for 3s --at 1s:B1=press/50ms --volts A0=1.65
-hilbench run bluepill:firmware.elf --for 2s --send '1s:usart1=help\r\n' --follow
+hilbench run bluepill:firmware.elf --for 2s --send '1s:usart1=help\\r\\n' --follow
 hilbench run my-bench.toml --for 2min --journal run.jsonl --json
 """
 
 _NOTES = """
-Time is virtual: the run is as fast as the host allows (--realtime keeps it down to the wall clock) and the same every
-time. It ends when the time is up (exit code 0), when the firmware ends itself by semihosting (0 for status 0, else 1),
-or when it cannot run on: lockup, a fault handler that waits for ever, the same reset over and over (1, with the place).
-An image that is wrong for its board is refused with exit code 2, one that is missing with 3.
+Time is virtual: the run is as fast as the host allows (--realtime slows it to the wall clock), and the same every
+time. It ends when the time is up (exit code 0), when the firmware exits by semihosting (0 for status 0, else 1), or
+when the firmware cannot continue: lockup, a fault handler that loops, repeated resets (1, with the place).
+An image that is wrong for its board is refused with exit code 2, a missing image with 3.
 """
 
 
@@ -34,16 +34,16 @@ def parser() -> Parser:
     add = made.add_argument
     add("what", metavar="TARGET|BENCH", nargs="?",
         help="bluepill:IMAGE, BOARD.toml:IMAGE or bench file (default: ./hilbench.toml)")  # fmt: skip
-    add("--chip", metavar="PART", help="the chip that the board has instead of its own, such as STM32F103CB")
+    add("--chip", metavar="PART", help="another chip on the board, such as STM32F103CB")
     add("--for", metavar="TIME", dest="for_ns", type=typed(arguments.duration_ns),
         help="bench time to run, such as 10s, 500ms, 2min (default: until the firmware ends, or Ctrl-C)")  # fmt: skip
     add_parts(made)
     add_stimuli(made)
     add("--follow", action="store_true", help="print console text and events as they come")
     add("--edges", action="store_true",
-        help="with --follow and --journal: edges of serial lines, too, not only their bytes")  # fmt: skip
+        help="with --follow and --journal: also the edges of serial lines, not only their bytes")  # fmt: skip
     add("--notes", choices=("causes", "all"), default="causes",
-        help="notes on what the firmware did: a line for each cause, or for all (default: causes)")  # fmt: skip
+        help="notes on what the firmware did: one line for each cause, or each note (default: causes)")  # fmt: skip
     add_journal(made)
     add("--vcd", metavar="FILE", type=typed(arguments.output_file),
         help="write pins, nets and serial lines as waveforms (GTKWave, PulseView)")  # fmt: skip
@@ -52,8 +52,9 @@ def parser() -> Parser:
     add("--picture", metavar="PART=FILE", action="append", default=[], type=typed(arguments.named_file),
         help="at the end, write what a display shows as PNG; may be given several times")  # fmt: skip
     add("--realtime", action="store_true", help="keep pace with the wall clock")
-    add("--json", action="store_true", help="print how it went as JSON")
+    add("--json", action="store_true", help="print the result as JSON")
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
+    made.add_plain()
     return made
 
 
@@ -69,7 +70,7 @@ def run(parsed: argparse.Namespace) -> int:
     check_journal(parsed)
     if parsed.what is None and not DEFAULT_FILE.is_file():
         hint = f"write BOARD:IMAGE or a bench file; 'hilbench init' makes {DEFAULT_FILE}"
-        raise UsageError(f"names nothing to run, and there is no {DEFAULT_FILE} here", where="run", hint=hint)
+        raise UsageError(f"needs something to run, and there is no {DEFAULT_FILE} here", where="run", hint=hint)
     bench_file = with_stimuli(parsed, with_parts(parsed, open_target(parsed.what, parsed.chip)))
     outputs = [("--journal", parsed.journal), ("--vcd", parsed.vcd), ("--write-stimuli", parsed.write_stimuli)]
     outputs += (("--picture", file) for _, file in parsed.picture)

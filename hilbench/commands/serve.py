@@ -18,8 +18,8 @@ hilbench serve nucleo-f767zi:firmware.elf                  its virtual COM port,
 hilbench serve bluepill:firmware.elf --pty usart2=./gps --tcp usart1=8101
 hilbench serve pioneer --pty ./p2                          a client opens ./p2 as its serial port
 hilbench serve pioneer --tcp 8101 --scene corridor --seed 7
-hilbench serve pioneer --tcp 8101 --clients newest          who connects takes over from whoever was there
-hilbench serve pioneer --pty ./p2 --hangup ignore           a client that dies leaves the robot to its watchdog
+hilbench serve pioneer --tcp 8101 --clients newest          a new client replaces the previous one
+hilbench serve pioneer --pty ./p2 --hangup ignore           the robot is not notified when a client leaves
 hilbench serve rover-model --rfc2217 4000                   a client opens rfc2217://localhost:4000
 hilbench serve rover-model --pty ./rover                    the PKT! rover, behavioural
 hilbench serve vehicle-model --pty usart2=./simulator --pty usart3=./stack
@@ -27,11 +27,11 @@ hilbench serve my-bench.toml --tcp 0.0.0.0:8101 --journal served.jsonl
 """
 
 _NOTES = """
-Serves until Ctrl-C (or SIGTERM), through any number of clients; then nothing is left behind. That is how serving ends,
-so the exit code is 0. A client that closes the pty or the socket has hung up: a robot ends its session, unless
---hangup ignore leaves it to find out, as a serial line would. Who came, took over, was turned away or left is said.
-An emulated board runs the image from power-on. A door that names no USART gets the next one; its line has the rate that
-the firmware has set, unless --baud says otherwise. Firmware that cannot run on ends serving with exit code 1.
+Serves any number of clients until Ctrl-C or SIGTERM; then the exit code is 0. A client that closes the pty or the
+socket has hung up, and a robot ends its session. With --hangup ignore the robot is not notified, as on a real serial
+line. Each client that connects, takes over, is refused or leaves is reported.
+An emulated board runs the image from power-on. An endpoint without a USART name gets the next USART. Its line has the
+baud rate that the firmware sets, unless --baud says otherwise. If the firmware cannot continue, the exit code is 1.
 """
 
 
@@ -46,15 +46,15 @@ def parser() -> Parser:
         help="listen at a TCP port (default host: 127.0.0.1; port 0: any free one)")  # fmt: skip
     add("--rfc2217", metavar="[USART=][HOST:]PORT", action="append", default=[], type=typed(arguments.rfc2217_door),
         help="as --tcp, for clients that set the rate of the line (rfc2217://HOST:PORT of pyserial)")  # fmt: skip
-    add("--chip", metavar="PART", help="the chip that the board has instead of its own, such as STM32F103CB")
-    add("--scene", metavar="S", help="scene to stand in instead of that of the bench file: a built-in name or a file")
+    add("--chip", metavar="PART", help="another chip on the board, such as STM32F103CB")
+    add("--scene", metavar="S", help="use this scene instead of the bench file's: a built-in name or a file")
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
     add("--baud", metavar="B", type=typed(arguments.baud), help="speed of the line in bit/s")
-    add("--any-baud", action="store_true", help="take a client at any speed, without garbage at a wrong one")
+    add("--any-baud", action="store_true", help="accept clients at any baud rate, without garbage at a wrong one")
     add("--clients", choices=[each.value for each in Clients], default=Clients.ALL,
-        help="who is served where several come: all, the newest, the first (default: all)")  # fmt: skip
+        help="who is served if several clients connect: all, the newest, the first (default: all)")  # fmt: skip
     add("--hangup", choices=("close", "ignore"), default="close",
-        help="tell the target that the line is down when a client leaves, or nothing (default: close)")  # fmt: skip
+        help="when a client leaves: close the line for the target, or ignore it (default: close)")  # fmt: skip
     add_parts(made)
     add_stimuli(made)
     add_journal(made)

@@ -18,23 +18,28 @@ if TYPE_CHECKING:
     from hilbench.terminal.console import Console
 
 _EXAMPLES = """
-hilbench shrink noisy.toml -k S36                     which of its faults does it take to fail S36?
+hilbench shrink noisy.toml -k S36                     which faults does the failure of S36 need?
 hilbench shrink noisy.toml -k S36 --seed 7 --write small.toml
-hilbench shrink pioneer --set 'faults=[...]' -k S36   the words of a 'hilbench check' that fails
+hilbench shrink pioneer --set 'faults=[...]' -k S36   same arguments as a failing 'hilbench check'
 """
 
 _NOTES = """
-The faults and stimuli of a bench are left out, half by half, as long as the same clause fails: the first that fails
-without --clause. What remains is needed: without any one of its entries the clause does not fail. Then counts and
-durations are made smaller. The words are those of 'hilbench check', so a line that a campaign or a report prints can
-be pasted behind 'hilbench shrink'.
+It removes faults and stimuli, half of them at a time, as long as the same clause still fails (without --clause: the
+first that fails). Each entry that remains is needed: without it the clause does not fail. Then it reduces counts and
+durations. The arguments are those of 'hilbench check': take a line that a campaign or a report prints, and replace
+'check' by 'shrink'.
 Exit code 0: reduced, or nothing could be left out; 2: wrong usage, or nothing fails; 3, 5: as 'hilbench check'.
 """
 
 
 def parser() -> Parser:
     """Return the parser of this command."""
-    made = Parser("hilbench shrink", "Find the fewest faults and stimuli that still fail a clause.", _EXAMPLES, _NOTES)
+    made = Parser(
+        "hilbench shrink",
+        "Reduce the faults and stimuli of a bench to those that a failing clause needs.",
+        _EXAMPLES,
+        _NOTES,
+    )
     add = made.add_argument
     add("bench", metavar="BENCH", help="built-in bench or bench file")
     add("--suite", metavar="S", action="append", default=[], help="as that of 'hilbench check'")
@@ -42,8 +47,9 @@ def parser() -> Parser:
     add("--set", metavar="KEY=VALUE", dest="changes", action="append", default=[], type=typed(_written),
         help="as that of 'hilbench check'")  # fmt: skip
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
-    add("--clause", metavar="ID", default="", help="the clause that is to fail (default: the first that does)")
+    add("--clause", metavar="ID", default="", help="the clause that must still fail (default: the first that fails)")
     add("--write", metavar="FILE", type=typed(arguments.output_file), help="write the reduced bench as a bench file")
+    made.add_plain()
     return made
 
 

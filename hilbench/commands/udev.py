@@ -30,12 +30,12 @@ def parser() -> Parser:
     summary = "Rules for udev: access to boards and adapters, names that stay, ModemManager and brltty kept off."
     made = Parser("hilbench udev", summary, _EXAMPLES, _NOTES)
     what = made.add_mutually_exclusive_group()
-    what.add_argument("--check", action="store_true", help="say whether they are installed, and right")
-    what.add_argument("--explain", action="store_true", help="say what each part does, and why")
-    what.add_argument("--install", action="store_true", help="write them into a folder, and have udev read them")
+    what.add_argument("--check", action="store_true", help="check whether they are installed and correct")
+    what.add_argument("--explain", action="store_true", help="explain what each part does, and why")
+    what.add_argument("--install", action="store_true", help="install them, and have udev read them")
     made.add_argument("--directory", metavar="DIR", help="for --install and --check (default: /etc/udev/rules.d)")
     made.add_argument("--group", metavar="GROUP",
-        help="who gets the ports (default: as installed, else who owns serial ports here)")  # fmt: skip
+        help="group that gets the ports (default: as installed, else the group of serial ports here)")  # fmt: skip
     made.add_argument("--json", action="store_true", help="print JSON, with --check and --explain")
     return made
 

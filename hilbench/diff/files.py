@@ -33,7 +33,7 @@ def read_capture(path: Path, case: str = "") -> Capture:
     except OSError as error:
         raise UnavailableError(f"cannot be read: {error.strerror or error}", where=str(path)) from error
     if not path.is_file():
-        raise UnavailableError("is no file on a disk; a recording is looked into before it is read", where=str(path))
+        raise UnavailableError("is not a regular file", where=str(path))
     if begin.startswith(tuple(magic for name, (magic, _) in FORMATS.items() if name != "journal")):
         hint = "compare its events with --events"
         raise UnavailableError("is neither waveforms nor a table of pins, but events", where=str(path), hint=hint)

@@ -12,7 +12,7 @@ from hilbench.doctor.software import look_at_software
 
 __all__ = ["as_data", "as_text", "findings_of", "is_fit"]
 
-_MARKS = {State.FINE: "ok", State.WARNING: "warn", State.CROSS: "CROSS"}
+_MARKS = {State.FINE: "ok", State.WARNING: "warn", State.CROSS: "FAIL"}
 
 
 def findings_of(facts: Facts, target: str | None = None) -> list[Finding]:
@@ -21,7 +21,7 @@ def findings_of(facts: Facts, target: str | None = None) -> list[Finding]:
 
 
 def is_fit(findings: Sequence[Finding]) -> bool:
-    """Say whether nothing is broken; warnings are no cross."""
+    """Say whether nothing is broken; a warning breaks nothing."""
     return all(finding.state is not State.CROSS for finding in findings)
 
 
@@ -40,7 +40,7 @@ def as_text(findings: Sequence[Finding]) -> str:
             lines.append(f"{'':<5}  {'':<{width}}  -> {finding.fix}")
     crosses = sum(finding.state is State.CROSS for finding in findings)
     warnings = sum(finding.state is State.WARNING for finding in findings)
-    lines.append(f"{_count(crosses, 'cross', 'crosses')}, {_count(warnings, 'warning', 'warnings')}")
+    lines.append(f"{_count(crosses, 'problem', 'problems')}, {_count(warnings, 'warning', 'warnings')}")
     return "\n".join(lines)
 
 

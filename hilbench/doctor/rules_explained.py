@@ -37,14 +37,14 @@ class Part:
 PARTS = (
     Part(
         "access",
-        'TAG+="uaccess" gives a port to whoever is logged in at the machine itself, GROUP to the members of a group, '
+        'TAG+="uaccess" gives a port to the user logged in at the machine itself, GROUP to the members of a group, '
         "also over ssh; the ST-LINK as a device, too, for programs that flash a board",
         "'permission denied' until somebody is added to the group and logs in again",
     ),
     Part(
         "names",
         "/dev/hilbench/KIND-SERIALNUMBER-ifINTERFACE, and /dev/hilbench/at-PATH for the place it is plugged into",
-        "/dev/ttyUSB0 is whoever was plugged in first",
+        "/dev/ttyUSB0 is the device that was plugged in first",
     ),
     Part(
         "ModemManager",
@@ -54,7 +54,7 @@ PARTS = (
     Part(
         "brltty",
         "its rules do not know an FT232R, CP2102 or CH340 again; all of them do if there is a file "
-        "/etc/hilbench/keep-brltty, for whoever has a braille display with such a chip",
+        "/etc/hilbench/keep-brltty, for a braille display with such a chip",
         "brltty takes the chip for a braille display, and /dev/ttyUSB0 disappears a moment after it came",
     ),
     Part(

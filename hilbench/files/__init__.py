@@ -73,7 +73,7 @@ def check_ordinary(path: Path, option: str, what: str) -> None:
     check_writable(path, option)
     where = f"{option} {path}"
     if path.exists() and not path.is_file():
-        raise UsageError(f"is no ordinary file, and {what} are written in place", where=where, hint="name a file")
+        raise UsageError(f"is not a regular file, and {what} are written in place", where=where, hint="name a file")
     if is_standard_output(path):
         raise UsageError(f"is the standard output, and {what} need a file of their own", where=where, hint="name one")
 

@@ -63,5 +63,5 @@ def as_utf8(path: str | Path) -> str:
         return os.fsencode(path).decode("utf-8")
     except UnicodeDecodeError:
         raise UsageError(
-            "its name is not UTF-8, and a bench file has no words for it", where=str(path), hint="rename it"
+            "its name is not UTF-8, so a bench file cannot contain it", where=str(path), hint="rename it"
         ) from None

@@ -46,7 +46,7 @@ def doubted(outcome: Outcome, doubt: Doubt) -> Outcome:
     if outcome.verdict is Verdict.INCONCLUSIVE and figure is not None and doubt.lateness_s >= _WORTH_SAYING_S:
         return replace(outcome, cause=f"{outcome.cause}; {doubt.cause}")
     if outcome.spare_s is not None and doubt.lateness_s > max(BORNE_S, outcome.spare_s):
-        cause = f"{outcome.cause}: not held against the target, for {doubt.cause}"
+        cause = f"{outcome.cause}: not counted against the target, because {doubt.cause}"
         return replace(outcome, verdict=Verdict.INCONCLUSIVE, cause=cause)
     if outcome.verdict is Verdict.PASS and not doubt.lived:
         cause = f"less time passed for the target than the case waited: {doubt.cause}"
@@ -64,6 +64,6 @@ def excused(outcome: Outcome, lacks: str) -> Outcome:
     if lacks and outcome.verdict is Verdict.INCONCLUSIVE:
         return replace(outcome, cause=f"{outcome.cause}; {lacks}")
     if lacks and outcome.verdict is Verdict.FAIL:
-        cause = f"{outcome.cause}: not held against the target, for {lacks}"
+        cause = f"{outcome.cause}: not counted against the target, because {lacks}"
         return replace(outcome, verdict=Verdict.INCONCLUSIVE, cause=cause)
     return outcome

@@ -16,6 +16,7 @@ from hilbench.judging.uncertainty import OfTimes
 from hilbench.judging.verdicts import Inconclusive, Measure, Violation
 
 _PER_S = {"s": 1, "ms": 1000}
+_DIGITS, _MORE_DIGITS = 4, 6
 
 
 def at_most(value: float, limit: float, *, unit: str, what: str, uncertainty: float = 0.0, clause: str = "") -> Measure:
@@ -121,8 +122,13 @@ def _sentence(measure: Measure) -> str:
     if measure.high is not None:
         limits.append(f"at most {_figure(measure.high)} {measure.unit}")
     doubt = f" ± {_figure(measure.uncertainty)}" if measure.uncertainty else ""
-    return f"{measure.name}: {_figure(measure.value)}{doubt} {measure.unit}, required {' and '.join(limits)}"
+    seen = _figure(measure.value, measure.low, measure.high)
+    return f"{measure.name}: {seen}{doubt} {measure.unit}, required {' and '.join(limits)}"
 
 
-def _figure(value: float) -> str:
-    return f"{value:.6g}"
+def _figure(value: float, *limits: float | None) -> str:
+    """Return a figure with four digits that count (choice), or as many more as tell it from the limits."""
+    whole = len(f"{abs(value):.0f}") if math.isfinite(value) else 0
+    known = [limit for limit in limits if limit is not None and limit != value]
+    texts = [f"{value:.{digits}g}" for digits in range(max(_DIGITS, whole), max(_DIGITS, whole) + _MORE_DIGITS)]
+    return next((text for text in texts if all(float(text) != limit for limit in known)), texts[-1])

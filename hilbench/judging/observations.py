@@ -133,7 +133,7 @@ class PortCounters(msgspec.Struct, frozen=True, kw_only=True):
         receive_overruns: bytes that a real port's UART or driver had no room for, likewise.
         breaks: break conditions received.
         breaks_unsent: breaks asked for that this port cannot send.
-        refused: clients turned away.
+        refused: clients refused.
         withdrawn: bytes handed over and taken back before they were sent.
     """
 

@@ -168,7 +168,7 @@ class Door(PortBase, ABC):
             UnavailableError: a door of this kind knows no breaks; of all doors, that of RFC 2217 alone does.
         """
         if not self.KNOWS_BREAKS:
-            self._refuse_break("a door of this kind knows none, one of RFC 2217 does")
+            self._refuse_break("this kind of endpoint has no breaks; one of RFC 2217 has")
         self._take_to_send(b"", self._scheduler.now_ns)
         self._outgoing.send_break(duration_ns)
 

@@ -31,7 +31,7 @@ class OpenCloseWatch:
     def __init__(self, path: str) -> None:
         self._libc = ctypes.CDLL(None, use_errno=True)
         if not hasattr(self._libc, "inotify_init1"):
-            raise UnavailableError("this system has no inotify", where=path, hint="use a TCP door instead of a pty")
+            raise UnavailableError("this system has no inotify", where=path, hint="use a TCP port instead of a pty")
         self._descriptor = self._libc.inotify_init1(os.O_NONBLOCK | os.O_CLOEXEC)
         if self._descriptor < 0:
             raise _cannot_watch(path)

@@ -227,7 +227,7 @@ class PtyDoor(Door):
         except OSError as error:
             self._slave = -1
             message = f"a client took it for itself alone (TIOCEXCL) as another left: {error.strerror}"
-            raise UnavailableError(message, where=self.name, hint="begin anew") from error
+            raise UnavailableError(message, where=self.name, hint="start again") from error
 
     def _reset_slave(self) -> None:
         """Make the slave raw, at the line's rate, with nothing unread in it."""

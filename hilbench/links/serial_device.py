@@ -123,7 +123,7 @@ def _require_sense(target: SerialTarget) -> None:
         _require_port_number(target.url)
     if scheme == "hilbench" and parse_bench_url(target.url).fast:
         hint = "leave 'fast' out; a bench that is named itself runs as fast as it can"
-        raise UsageError("its time would be another than that of this bench", where=target.url, hint=hint)
+        raise UsageError("its clock would differ from that of this bench", where=target.url, hint=hint)
 
 
 def _let_open_benches() -> None:
@@ -267,7 +267,7 @@ def _cannot_open(target: SerialTarget, error: Exception) -> HilbenchError:
     if number == errno.ENOTTY or "Inappropriate ioctl" in str(error):
         return UnavailableError("is no serial port", where=where, hint="'hilbench ports' shows what is there")
     if isinstance(error, ValueError) and "remote rejected" in str(error):
-        return UnavailableError(f"the far port refuses what is asked of it: {error}", where=where)
+        return UnavailableError(f"the remote port refuses the settings: {error}", where=where)
     if not isinstance(error, (OSError, NotImplementedError, termios.error, OverflowError)):
         kind = "" if isinstance(error, ValueError) else f"{type(error).__name__}: "
         return UsageError(f"pyserial does not know it: {kind}{error}", where=where)

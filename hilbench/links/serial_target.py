@@ -85,7 +85,7 @@ def located(target: SerialTarget, ports: PortEnumerator = list_ports) -> SerialT
     """Return a target by its path where it is a choice of port, and any other as it is.
 
     Raises:
-        UnavailableError: no port is that, or several are.
+        UnavailableError: no port matches, or several do.
     """
     choice = parse_port_choice(target.url)
     return target if choice is None else replace(target, url=choose_port(choice, ports()).device)

@@ -380,7 +380,7 @@ class SerialPort(PortBase):
         if not data and not self._hung_up:
             raise BlockingIOError  # somebody else has thrown away what was to be read (tcflush(3))
         if not data:
-            raise OSError("readable without a byte: the far end is gone")
+            raise OSError("readable without a byte: the other end is gone")
         return data
 
     @property

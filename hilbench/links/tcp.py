@@ -114,7 +114,7 @@ class TcpDoor(Door):
         if leaving and self._served is not Clients.NEWEST:
             self._scheduler.remove_source(self._listening)  # who comes now waits until the bytes before his are through
             if self._served is Clients.ALL:
-                self.on_visit("another client waits until what those before it have said is through")
+                self.on_visit("another client waits until the bytes of the previous ones have been received")
             return
         try:
             connection, _ = self._listener.accept()
@@ -148,7 +148,7 @@ class TcpDoor(Door):
         with contextlib.suppress(OSError):
             connection.shutdown(socket.SHUT_RDWR)
         connection.close()
-        self.on_visit("a client was turned away: another one is connected")
+        self.on_visit("a client was refused: another one is connected")
 
     def _take_over(self, before: str) -> None:
         self.on_visit(f"another client came and took over; the one before it {before}")

@@ -59,5 +59,5 @@ def _system_at(bench_file: BenchFile) -> System:
     found = next((system for system in PLUGINS.systems.there() if system.speaks_to(bench_file)), None)
     if found is None:
         where = f"bench '{bench_file.name}'"
-        raise UsageError("no client of ours speaks to its boards", where=where, hint="leave --target away")
+        raise UsageError("no client of ours speaks to its boards", where=where, hint="leave out --target")
     return found

@@ -136,7 +136,9 @@ def new_session(name: str) -> Session:
         folder = Path(tempfile.mkdtemp(prefix=f"{_PREFIX}{word}-", dir=home))
         _clear_left_behind(home, folder.stat().st_mtime)
     except OSError as error:
-        raise UnavailableError(f"no place for a live bench: {error.strerror or error}", where=str(home)) from error
+        raise UnavailableError(
+            f"no folder for a live bench can be made: {error.strerror or error}", where=str(home)
+        ) from error
     return Session(folder)
 
 

@@ -127,7 +127,7 @@ def keep(calibration: Calibration) -> Path:
     """
     path = _path(calibration.key)
     if path is None:
-        raise UnavailableError("there is no home to keep it in", hint="export XDG_STATE_HOME=DIR")
+        raise UnavailableError("there is no home directory to store it in", hint="export XDG_STATE_HOME=DIR")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile("wb", dir=path.parent, delete=False) as file:

@@ -68,7 +68,7 @@ def parse_port_choice(text: str) -> PortChoice | None:
     keys = [key for key, _ in conditions]
     twice = next((key for key in keys if keys.count(key) > 1), None)
     if twice is not None:
-        raise UsageError(f"'{twice}=' stands twice", where=text, hint="each condition once")
+        raise UsageError(f"'{twice}=' is given twice", where=text, hint="each condition once")
     return PortChoice(conditions)
 
 
@@ -83,12 +83,12 @@ def choose_port(choice: PortChoice, ports: Sequence[PortInfo]) -> PortInfo:
         return fitting[0]
     if fitting:
         hint = f"say which by serial=, location= or interface=: {_listed(fitting)}"
-        raise UnavailableError(f"{len(fitting)} ports are that", where=str(choice), hint=hint)
+        raise UnavailableError(f"{len(fitting)} ports match", where=str(choice), hint=hint)
     with_usb = [port for port in ports if port.usb is not None]
     hint = (
         f"there are {_listed(with_usb)}" if with_usb else "no USB port is there; plug it in, then see 'hilbench ports'"
     )
-    raise UnavailableError("no port is that", where=str(choice), hint=hint)
+    raise UnavailableError("no port matches", where=str(choice), hint=hint)
 
 
 def tells_apart(serial_number: str | None) -> bool:

@@ -76,7 +76,7 @@ def replay_into(
     """
     spoken = [talk for talk in talks(recording) if talk.of(HOST)]
     if not spoken:
-        raise UsageError("has nothing that a host has said", where=where)
+        raise UsageError("has no bytes sent by a host", where=where)
     seed = recording.header.get("seed", 0)
     for talk in spoken:
         answers = _said_to(provider, talk, seed if isinstance(seed, int) else 0, protocol)
@@ -129,7 +129,7 @@ def _let_out(peer: LinePeer[Any]) -> None:
         peer.require_line()
         if peer.port.pending >= waiting:
             wrong = f"takes nothing more: {waiting} bytes that the host said are not out"
-            raise UnavailableError(wrong, where=peer.port.name, hint="is its far end ready to receive?")
+            raise UnavailableError(wrong, where=peer.port.name, hint="is the other end ready to receive?")
 
 
 def _hear_out(peer: LinePeer[Any], answers: bytearray, expected: int) -> None:

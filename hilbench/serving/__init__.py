@@ -95,7 +95,7 @@ def _notifying(notice: Notice, now_ns: int, say: Say, stack: contextlib.ExitStac
     try:
         return stack.enter_context(PaceNotice(now_ns, places, behind=notice.behind, step_ns=notice.step_ns))
     except (OSError, UnavailableError) as error:
-        say(f"a check at these doors is not notified how late this bench is: {error}")
+        say(f"a check at these endpoints is not notified how late this bench is: {error}")
         return None
 
 
@@ -184,9 +184,9 @@ def traffic(door: AnyDoor) -> str:
     counted = door.counters
     text = f"{place(door)}: {counted.received} bytes in, {counted.sent} out"
     if dropped := counted.lost + counted.overruns:
-        text += f", {dropped} of them dropped: nobody read"
+        text += f", {dropped} of them dropped, as no client read them"
     if counted.refused:
-        text += f"; {counted.refused} clients turned away"
+        text += f"; {counted.refused} clients refused"
     if counted.framing_errors:
         text += f"; {counted.framing_errors} framing errors"
     return text

@@ -42,7 +42,7 @@ def serve_boards(
         UnavailableError: an image, the engine or the physics is missing; a door cannot be opened.
     """
     if options.scene is not None and not bench_file.has_world:
-        raise UsageError("nothing stands in a world here", where=f"--scene {options.scene}")
+        raise UsageError("no target of this bench has a world", where=f"--scene {options.scene}")
     assigned = assign(options, free_usarts(bench_file), usual_usarts(bench_file))
     refuse_writing_into([("--journal", options.journal)], _unasked_doors(options, assigned))
     with signals_held(), contextlib.ExitStack() as stack:

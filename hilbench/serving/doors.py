@@ -171,12 +171,12 @@ class SharedDoor(PortBase):
         if not up:
             if not was_served:
                 first = self._clients is Clients.FIRST
-                door.on_visit("the client that was not heard left" if first else "the client before the newest is gone")
+                door.on_visit("the ignored client left" if first else "the previous client is gone")
             elif self._clients is Clients.ALL and self._there:
-                door.on_visit("one client left; the line has others, at other doors")
+                door.on_visit("one client left; others are still connected, at other endpoints")
         elif self._clients is Clients.ALL:
-            door.on_visit("another client came; the line has the others, too, at other doors")
+            door.on_visit("another client came; the others stay connected, at other endpoints")
         elif self._clients is Clients.NEWEST:
             door.on_visit("another client came and took over the line")
         else:
-            door.on_visit("another client came, and is not heard: the first has the line, at another door")
+            door.on_visit("another client came and is ignored: the first one has the line, at another endpoint")

@@ -10,6 +10,7 @@ from hilbench.benchfile.bench_file import BenchFile
 from hilbench.errors import UsageError
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.nearest import did_you_mean
+from hilbench.serving.bench_faults import with_faults
 from hilbench.serving.served_model import served_target
 
 __all__ = ["NearEnd", "open_near_end"]
@@ -56,7 +57,8 @@ def open_near_end(
     target = served_target(bench_file, baud=baud, seed=seed)
     name = _pick(line, tuple(target.lines), next(iter(target.lines)))
     links = {each: MemoryLink(bench.scheduler, Line(baud=rate), name=each) for each, rate in target.lines.items()}
-    close = target.make(bench, {each: link.b for each, link in links.items()})
+    ends = {each: link.b for each, link in links.items()}
+    close = target.make(bench, with_faults(bench, ends, bench_file, seed=seed))
     return NearEnd(name=name, port=links[name].a, close=close)
 
 

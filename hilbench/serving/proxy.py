@@ -171,7 +171,7 @@ def _directed(entry: FaultEntry, number: int, strict: Strict) -> FaultEntry:
     for name, end in (("towards", entry.towards), ("from", entry.from_)):
         if end is not UNSET and end not in (A, B):
             raise strict.error(
-                f"'{end}' is no end", ("faults", number, name), "there are a, the client, and b, the board"
+                f"'{end}' is no end", ("faults", number, name), "the ends are a, the client, and b, the board"
             )
     towards = entry.towards
     if towards is UNSET:
@@ -201,7 +201,9 @@ def _door(bench: Bench, kind: str, rest: str, what: str, clients: Clients, say: 
     except ValueError as error:
         raise UsageError(str(error), where=what) from None
     if wish.link:
-        raise UsageError("a door of a proxy leads to its other end", where=what, hint=f"leave out {wish.link}=")
+        raise UsageError(
+            "an endpoint of a proxy is connected to its other side", where=what, hint=f"leave out {wish.link}="
+        )
     door = open_door(wish, bench.scheduler, Line(baud=0), any_baud=True, clients=clients)
     door.on_visit = lambda text: say(f"{bench.now_s:10.3f} s  {place(door)}: {text}")
     return _End(port=door, where=place(door), notice=Notice(doors=(door,)), close=door.close)

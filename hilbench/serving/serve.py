@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
 from hilbench.bench import Bench
-from hilbench.bench.line_faults import LineFaults, describe_faults
+from hilbench.bench.line_faults import describe_faults
 from hilbench.benchfile.reader import BenchFile
 from hilbench.clock import Scheduler
 from hilbench.errors import UsageError
@@ -27,6 +27,7 @@ from hilbench.serving import (
     signals_held,
     traffic,
 )
+from hilbench.serving.bench_faults import with_faults
 from hilbench.serving.doors import LastingLine, SharedDoor
 from hilbench.serving.served_model import served_target
 from hilbench.terminal.options import DoorWish, ServeOptions
@@ -48,7 +49,7 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
         UnavailableError: a door cannot be opened, the physics is missing, or the journal can no longer be written.
     """
     if not options.doors:
-        raise UsageError("no door", where="hilbench serve", hint="add --pty PATH, --tcp PORT or --rfc2217 PORT")
+        raise UsageError("no endpoint", where="hilbench serve", hint="add --pty PATH, --tcp PORT or --rfc2217 PORT")
     target = served_target(bench_file, scene=options.scene, baud=options.baud, seed=options.seed)
     wishes = _assigned(options, bench_file, tuple(target.lines))
     # What is half built or half gone cannot be cleaned up: a signal waits until the robot runs, or until all is gone.
@@ -63,7 +64,13 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
         stack.callback(lambda: journal.close(bench.now_ns))
         outside = {line: _port(bench, line, there, target.lines[line], options) for line, there in doors.items()}
         ports = {line: LastingLine(port) for line, port in outside.items()} if options.ignore_hangup else outside
-        faulty = _faulty(bench, ports, options, bench_file, say)
+        faulty = with_faults(
+            bench,
+            ports,
+            bench_file,
+            seed=options.seed,
+            on_refused=lambda text: say(f"{bench.now_s:10.3f} s  {text}"),
+        )
         stack.callback(target.make(bench, faulty))
         if target.source:
             _record_received(bench, target.source, *faulty.values())
@@ -128,19 +135,6 @@ def _port(bench: Bench, line: str, doors: Sequence[AnyDoor], baud: int, options:
     if not doors:
         return MemoryLink(bench.scheduler, Line(baud=baud), name=line).b
     return doors[0] if len(doors) == 1 else SharedDoor(doors, options.clients)
-
-
-def _faulty(
-    bench: Bench, ports: Mapping[str, Port], options: ServeOptions, bench_file: BenchFile, say: Say
-) -> Mapping[str, Port]:
-    """Return the robot's ends of the lines, with the faults of the bench file on them."""
-    if not bench_file.faults:
-        return ports
-    faults = LineFaults(bench, bench_file.faults, seed=options.seed, near_is_client=False)
-    faults.on_refused = lambda text: say(f"{bench.now_s:10.3f} s  {text}")
-    ends = {line: line.rpartition(".")[2] for line in ports}
-    links = {line: bench_file.link_of(end, [*ends.values()]) if len(ports) > 1 else 0 for line, end in ends.items()}
-    return {line: faults.on(port, links[line]) for line, port in ports.items()}
 
 
 def _record_received(bench: Bench, name: str, port: Port) -> None:

@@ -23,10 +23,10 @@ def served_target(
         seed: of everything random.
 
     Raises:
-        UsageError: nothing stands in a world here, or the rate is none that the model knows.
+        UsageError: no target of this bench has a world, or the rate is none that the model knows.
     """
     model = bench_file.model
     assert model is not None
     if scene is not None and not model.kind.has_body:
-        raise UsageError("nothing stands in a world here", where=f"--scene {scene}")
+        raise UsageError("no target of this bench has a world", where=f"--scene {scene}")
     return checked(system_of(model).served, ServedTarget)(bench_file, scene=scene, baud=baud, seed=seed)

@@ -66,7 +66,7 @@ def _named(wish: DoorWish, free: Sequence[str], found: Mapping[str, Sequence[Doo
     where = f"{door_option(wish)} {wish.link}="
     if len(fitting) == 1:
         if _has_such(wish, found.get(fitting[0], ())):
-            raise UsageError(f"{fitting[0]} has a door of this kind already", where=where, hint="one of each kind")
+            raise UsageError(f"{fitting[0]} has an endpoint of this kind already", where=where, hint="one of each kind")
         return fitting[0]
     if fitting:
         raise UsageError("several boards have it", where=where, hint=f"write one of {', '.join(fitting)}")

@@ -56,7 +56,7 @@ def parse_change(text: str) -> Change:
     try:
         return Change(_path(key, text), _value(value.strip()), text)
     except RecursionError:
-        raise ValueError(f"'{text:.40}...' has too many brackets in each other") from None
+        raise ValueError(f"'{text:.40}...' has too many nested brackets") from None
 
 
 def change_text(key: str, value: Any) -> str:

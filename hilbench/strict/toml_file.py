@@ -49,7 +49,7 @@ class TomlFile:
         except tomllib.TOMLDecodeError as error:
             raise _syntax_error(path, str(error)) from None
         except RecursionError:
-            raise UsageError("has too many brackets in each other", where=str(path)) from None
+            raise UsageError("has too many nested brackets", where=str(path)) from None
         apply(self.data, self._changes)
 
     def place(self, path: tuple[str | int, ...]) -> str:

@@ -107,7 +107,7 @@ def require_rate(starts_ns: Sequence[int], doubts_s: Sequence[float], session: S
 def require_flow(starts_ns: Sequence[int], session: Session) -> None:
     """Require that the SIPs have not dried up: the last one is on its way, or was only just there."""
     if len(starts_ns) < 2 or session.now_ns - starts_ns[-1] > DRY_S * NS_PER_S:
-        raise Untimely(f"the SIPs dried up after {len(starts_ns)}", session.peer.evidence())
+        raise Untimely(f"the SIPs stopped after {len(starts_ns)}", session.peer.evidence())
 
 
 DRY_S = 2.5 * CYCLE_S

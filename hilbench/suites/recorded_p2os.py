@@ -259,7 +259,7 @@ def require_flow(session: Session) -> None:
     ended = last.means is Means.CLOSE or isinstance(last.packet, ControllerReset)
     if not ended and session.stretch.quiet(session.steps[0].heard.ns, sip_ns + NS_PER_S):
         where = session.stretch.at(sip_ns)
-        raise Violation(f"the SIPs dried up, and nobody had sent CLOSE ({where})", around(session.stretch, sip_ns))
+        raise Violation(f"the SIPs stopped without a CLOSE ({where})", around(session.stretch, sip_ns))
 
 
 @on_recording("S36")

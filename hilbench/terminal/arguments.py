@@ -111,7 +111,7 @@ def duration_ns(text: str) -> int:
         raise ValueError(f"'{text}' is not a duration; write 10s, 500ms or 2min")
     span_ns = round(Fraction(match["number"]) * _UNITS_NS[match["unit"]])
     if not span_ns:
-        raise ValueError(f"'{text}' is no time at all")
+        raise ValueError(f"'{text}' is not longer than zero")
     return span_ns
 
 

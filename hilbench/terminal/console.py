@@ -12,7 +12,7 @@ import os
 import select
 import sys
 from collections.abc import Callable, Iterator
-from typing import TextIO
+from typing import ClassVar, TextIO
 
 from hilbench.errors import UnavailableError
 
@@ -31,8 +31,11 @@ class Console:
         err: for narration; the standard error by default.
 
     Attributes:
+        plain: print to a terminal as into a file. It holds for each console of this process.
         reader_gone: nobody reads the data any more; what is still printed is dropped.
     """
+
+    plain: ClassVar[bool] = False
 
     def __init__(self, out: TextIO | None = None, err: TextIO | None = None) -> None:
         self._out = out or sys.stdout or _nowhere()
@@ -97,13 +100,13 @@ class Console:
 
     @property
     def terminal(self) -> bool:
-        """Whether data goes to a terminal."""
-        return self._out.isatty()
+        """Whether data goes to a terminal that may be told so."""
+        return self._out.isatty() and not self.plain
 
     @property
     def watched(self) -> bool:
-        """Whether narration goes to a terminal."""
-        return self._err.isatty()
+        """Whether narration goes to a terminal that may be told so."""
+        return self._err.isatty() and not self.plain
 
     @property
     def width(self) -> int:

@@ -44,6 +44,19 @@ class Parser(argparse.ArgumentParser):
         # -1s and -1 are values, and wrong ones mostly: then it is their option that has to say so.
         self._negative_number_matcher = re.compile(r"-\d")
 
+    @property
+    def arguments(self) -> Sequence[argparse.Action]:
+        """All arguments and options, in the order in which they were added."""
+        return tuple(self._actions)
+
+    def add_plain(self) -> None:
+        """Add ``--plain``; the command line itself does what it says."""
+        self.add_argument(
+            "--plain",
+            action="store_true",
+            help="print to a terminal as into a file: no colours, no line that changes, no text that is cut",
+        )
+
     def parse_words(self, words: Sequence[str]) -> argparse.Namespace:
         """Read a command line; options may stand anywhere among the other words, and none behind ``--``.
 

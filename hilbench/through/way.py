@@ -156,7 +156,7 @@ class Way:
             raise
         if not came_in:
             opening.add_done_callback(_close_unused)
-            raise UnavailableError("nobody has come in at the door", where=f"{self._name}: {url}")
+            raise UnavailableError("no client has connected to the endpoint", where=f"{self._name}: {url}")
         port = opening.result()
         self._stack.callback(port.close)
         return port

@@ -66,6 +66,7 @@ class Dashboard(Saving):
         memory: what is remembered from the last time; None for nothing.
         pads: the game pads at this machine; those that there are if None, and none where it does not look by itself.
         ticking: whether it looks at the bench by itself; a test does it by hand.
+        theme: the theme to begin with; empty for the one that is remembered.
 
     Attributes:
         zoomed: the pane that has all of the room; empty if none has.
@@ -86,6 +87,7 @@ class Dashboard(Saving):
         memory: Memory | None = None,
         pads: Pads | None = None,
         ticking: bool = True,
+        theme: str = "",
     ) -> None:
         super().__init__(process, replay)
         self._pad = PadHand(pads or (Pads() if ticking else None))
@@ -102,8 +104,9 @@ class Dashboard(Saving):
         self._plots_of = ""
         self._known: tuple[object, ...] = ()
         self._said_of_end = ""
-        if self._memory.theme in self.available_themes:
-            self.theme = self._memory.theme
+        chosen = theme or self._memory.theme
+        if chosen in self.available_themes:
+            self.theme = chosen
 
     def compose(self) -> ComposeResult:
         """Put all panes into the body; it says where each is."""

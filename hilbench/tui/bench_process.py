@@ -196,7 +196,7 @@ class BenchProcess:
         elif code < 0:
             how = f"the bench was killed by {signal.Signals(-code).name}"
         elif code == ExitCode.OK:
-            return "the bench has ended in good order"
+            return "the bench has ended"
         else:
             how = f"the bench ended with exit code {code}"
         return f"{how}: {words}" if words else how

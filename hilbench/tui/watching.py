@@ -85,7 +85,7 @@ class Watching(App[None]):
 
     def show(self) -> None:
         """Show what is known."""
-        raise AssertionError("whoever watches shows it in his own way")
+        raise AssertionError("each kind of watcher shows it in its own way")
 
     def _play(self, replay: Replay) -> None:
         now_s = self.stopwatch.elapsed_s()

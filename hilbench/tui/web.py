@@ -140,7 +140,7 @@ def serve_web(start: StartBench, host: str, port: int) -> None:
         try:
             Console().data(f"http://{_reachable(host)}:{listener.getsockname()[1]}/{token}/")
             if host not in _LOOPBACK:
-                Console().narrate("not encrypted: whoever reads it on its way, or has the address, can look and drive")
+                Console().narrate("not encrypted: anybody who reads the traffic or has the address can watch and drive")
             Console().narrate("stop with Ctrl-C")
             asyncio.run(_serve(dashboard, listener))
         finally:

@@ -366,8 +366,8 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="The joystick is contradicted",
         text=(
-            "Commands of mode 1, and then of mode 4: for a second behind the last of mode 1 the car is told now "
-            "this, now that; then the joystick's commands alone."
+            "Commands of mode 1, and then of mode 4: for a second after the last of mode 1 the car gets both "
+            "in turn; then the joystick's commands alone."
         ),
         sources=(f"{ACKERMANN}: it writes the same topic while a command came within 1 s",),
         profiles=_SHIPPED,

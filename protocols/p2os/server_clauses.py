@@ -140,7 +140,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="SYNC0 restarts the handshake",
-        text="SYNC0, SYNC1, SYNC0: the third is echoed as SYNC0, and the handshake can be walked anew.",
+        text="SYNC0, SYNC1, SYNC0: the third is echoed as SYNC0, and the handshake can be repeated.",
         sources=(ARIA,),
         needs=("server",),
     ),

@@ -104,12 +104,12 @@ class Timer(enum.Enum):
 class Action(enum.Enum):
     """What is done on an edge."""
 
-    RESET_STREAMS = "begin all streams anew"
+    RESET_STREAMS = "restart all streams"
     SEND_HEARTBEATS = "send HEARTBEAT for each stream that waits for too long"
     SEND_RESET = "send RESET"
     REPORT_OPENED = "tell the user that there is a session"
     REPORT_CLOSED = "tell the user that there is no session, and why"
-    REPORT_RESET = "tell the user that all streams begin anew"
+    REPORT_RESET = "report to the user that all streams restart"
     # client
     SEND_CREATE = "send CREATE_CLIENT"
     SEND_DELETE = "send DELETE of the client"

@@ -470,7 +470,7 @@ class Pin:
         """Find out anew whether the pad carries a wave, and note it if something listens for its edges."""
         wave = next((one.wave for one in self.outputs if one.wave is not None), None) if self.alternate else None
         if wave is not None and (self.nets or self._heard_by):
-            text = f"carries {float(wave.hz) / 1e6:g} MHz, of which no edge is told: who is wired to the pin hears none"
+            text = f"carries {float(wave.hz) / 1e6:g} MHz, whose edges are not simulated: wires see none"
             self._pins.notes.add("unmodelled", self.name, text)
         if wave != self.wave:
             self.wave = wave

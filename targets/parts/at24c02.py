@@ -57,7 +57,7 @@ class At24c02(Part):
     TERMINALS = (Terminal(name="wp", direction=Direction.IN, text="high: nothing is written; open: low"),)
     BUSES = ("i2c",)
     ADDRESSED_BY = "address_pins"
-    ABSENT = ("wear", "data that a loss of supply has spoilt")
+    ABSENT = ("wear", "data damaged by a loss of supply")
     Settings = At24c02Settings
 
     def __init__(self, settings: At24c02Settings, ports: Ports, *, seed: int) -> None:  # noqa: ARG002

@@ -58,7 +58,7 @@ class L298nSettings:
         f"{_DATA_SHEET}: quiescent supply current 13 mA typical with low inputs, 50 mA with high ones",
         least=0.0,
     )
-    limit_a: float = setting(2.0, "A a channel", f"{_DATA_SHEET}: DC operation; more is told, not prevented", least=0.0)
+    limit_a: float = setting(2.0, "A a channel", f"{_DATA_SHEET}: DC operation; more is only reported", least=0.0)
 
     def __post_init__(self) -> None:
         check_settings(self)

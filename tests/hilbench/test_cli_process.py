@@ -77,6 +77,8 @@ ALLOWED = {
     "validate --help": set(),
     "doctor --help": set(),
     "udev": set(),
+    "completion --help": set(),
+    "completion bash": {"numpy"},
     "nonsense": set(),
     "ports": {"msgspec"},
     "validate pioneer": {"msgspec", "numpy"},

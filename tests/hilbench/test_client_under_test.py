@@ -248,6 +248,6 @@ def test_our_client_can_be_asked(bench, link):
     with pytest.raises(Violation, match="does not begin"):
         own.start()
     own.disconnect()
-    with pytest.raises(Violation, match="does not take its leave"):
+    with pytest.raises(Violation, match="does not end cleanly"):
         own.disconnect()
     own.close()

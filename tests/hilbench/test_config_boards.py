@@ -123,7 +123,7 @@ def test_a_smaller_chip_leaves_the_ends_that_it_lacks_unconnected(read):
             "no board 'bluepil'; did you mean 'bluepill'? (a file of yours",
         ),
         (BRAIN.replace("a.elf", "b.elf"), 4, "no firmware file '"),
-        (BRAIN + "[world]\nscene = 'empty'\n", 5, "nothing stands in a world here"),
+        (BRAIN + "[world]\nscene = 'empty'\n", 5, "no target of this bench has a world"),
         (BRAIN + "[[links]]\nends = ['brain.usart1', 'brain.usart4']\n", 6, "did you mean 'brain.usart"),
         (BRAIN + "[[links]]\nends = ['brain.usart1', 'brain.usart1']\n", 6, "both ends are 'brain.usart1'"),
         (BRAIN + 2 * "[[links]]\nends = ['brain.usart1', 'peer']\n", 8, "'brain.usart1' has a line already"),

@@ -17,6 +17,10 @@ from hilbench.decode.sources import read_chunks
 from hilbench.journal import Journal
 from hilbench.plugins.discovery import PLUGINS
 from protocols import autoware, carla, p2os, pkt
+from protocols.common.decoding import NoOptions
+from protocols.common.item_words import said
+from protocols.p2os.decoding import decoder as p2os_decoder
+from protocols.p2os.framing import encode_frame as encode_p2os_frame
 from tests.hilbench.forked import PATIENCE_S
 
 REQUEST = bytes.fromhex("504B54210100E1F00A")
@@ -272,6 +276,29 @@ def test_p2os_from_both_ends(tmp_path, capsys):
     assert code == 0
     assert out.startswith("       0  Sip ")
     assert "x_raw=7" in out
+
+
+HANDSHAKE = [(b"\x00", "SYNC0"), (b"\x01", "SYNC1"), (b"\x02", "SYNC2"), (b"\x01", "OPEN")]
+AGAIN = [(b"\x00", "SYNC0"), (b"\x00", "SYNC0"), (b"\x01", "SYNC1"), (b"\x01", "SYNC1"), *HANDSHAKE[2:]]
+SESSION = [(b"\x00", "PULSE"), (b"\x0b\x3b\x64\x00", "VEL argument=100"), (b"\x00", "PULSE"), (b"\x02", "CLOSE")]
+WITH_ARGUMENTS = [*HANDSHAKE[:3], (b"\x01\x3b\x01\x00", "OPEN argument=1"), (b"\x02\x3b\x01\x00", "CLOSE argument=1")]
+BEGUN_ANEW = [*HANDSHAKE, (b"\x00", "PULSE"), (b"\x00", "PULSE"), *HANDSHAKE[1:]]
+
+
+@pytest.mark.parametrize("frames", [HANDSHAKE + SESSION + HANDSHAKE, AGAIN, WITH_ARGUMENTS + HANDSHAKE, BEGUN_ANEW])
+@pytest.mark.parametrize("cut", [1, 7, 1000])
+def test_a_sync_of_p2os_has_its_name_where_it_is_one(frames, cut):
+    data = b"".join(encode_p2os_frame(body) for body, _ in frames)
+    decoder = p2os_decoder(NoOptions(), "host")
+    items = [item for at in range(0, len(data), cut) for item in decoder.feed(data[at : at + cut])]
+    assert [said(item) for item in [*items, *decoder.finish()]] == [name for _, name in frames]
+
+
+def test_what_looks_at_few_frames_of_p2os_tells_a_sync_from_a_pulse():
+    decoder = p2os_decoder(NoOptions(), "host")
+    found = decoder.find(b"".join(encode_p2os_frame(body) for body, _ in HANDSHAKE + SESSION))
+    assert decoder.sort(found[0]) != decoder.sort(found[4]) == decoder.sort(found[6])
+    assert decoder.read(found[6]).name == "PULSE"
 
 
 # --- what cannot be read

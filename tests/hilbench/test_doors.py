@@ -185,12 +185,12 @@ def test_a_break_for_all_is_refused_only_if_nobody_can_have_it():
 @pytest.mark.parametrize(
     ("clients", "said"),
     [
-        (Clients.ALL, ["two: another client came; the line has the others, too, at other doors",
-                       "two: one client left; the line has others, at other doors"]),
+        (Clients.ALL, ["two: another client came; the others stay connected, at other endpoints",
+                       "two: one client left; others are still connected, at other endpoints"]),
         (Clients.NEWEST, ["two: another client came and took over the line",
-                          "one: the client before the newest is gone"]),
-        (Clients.FIRST, ["two: another client came, and is not heard: the first has the line, at another door",
-                         "two: the client that was not heard left"]),
+                          "one: the previous client is gone"]),
+        (Clients.FIRST, ["two: another client came and is ignored: the first one has the line, at another endpoint",
+                         "two: the ignored client left"]),
     ],
 )  # fmt: skip
 def test_at_two_doors_it_is_said_who_comes_and_goes(clients, said):

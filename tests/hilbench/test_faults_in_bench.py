@@ -174,7 +174,7 @@ def test_with_a_client_under_test_the_robots_end_is_the_scripted_servers(open_ca
         assert server.wait(lambda: bool(server.dropped), 1.0)
         assert server.wait(lambda: bool(server.received), 2.0)
         assert server.received[0].name == "SYNC0"
-        assert "fault flip byte 3 bit 0 towards robot.host struck (1 times so far)" in bench.evidence()[-1]
+        assert "fault flip byte 3 bit 0 towards robot.host struck (number 1)" in bench.evidence()[-1]
 
 
 def test_chance_is_decided_by_the_seed_of_the_case(answer):
@@ -201,15 +201,15 @@ def test_two_faults_are_told_apart(answer):
         ("byte = 1", 1, "the key 'kind' is missing"),
         ('kind = "drop"', 2, "kind 'drop' needs one of at_s, byte, probability"),
         ('kind = "drop"\nat_s = 1\nbyte = 3', 4, "byte cannot go with at_s"),
-        ('kind = "drop"\nbyte = 1\nbit = 3', 4, "bit says nothing about a fault of the kind 'drop'"),
+        ('kind = "drop"\nbyte = 1\nbit = 3', 4, "bit does not apply to kind 'drop'"),
         ('kind = "flip"\nbyte = 1', 2, "kind 'flip' needs bit"),
         ('kind = "flip"\nbyte = 1\nbit = 8', 4, "must be a whole number <= 7"),
-        ('kind = "break"\nbyte = 3\nduration_s = 1', 2, "strikes the line, not a byte, and needs at_s"),
+        ('kind = "break"\nbyte = 3\nduration_s = 1', 2, "is a fault of the line, not of a byte, and needs at_s"),
         ('kind = "delay"\nbyte = 3', 2, "kind 'delay' needs duration_s"),
         ('kind = "baud"\nat_s = 1\nduration_s = 1\nbaud = 1', 5, "must be a whole number >= 300"),
         ('kind = "disconnect"\nat_s = 1\nduration_s = inf', 4, "must be a number <= 1000000"),
         ('kind = "disconnect"\nat_s = nan\nduration_s = 1', 3, "must be a number"),
-        ('kind = "disconnect"\nat_s = 1\nduration_s = 1\nfrom = "peer"', 5, "from says nothing about a fault"),
+        ('kind = "disconnect"\nat_s = 1\nduration_s = 1\nfrom = "peer"', 5, "from does not apply to kind"),
         ('kind = "drop"\nprobability = 0', 3, "must be a number > 0"),
         ('kind = "drop"\nprobabilty = 1', 3, "unknown key 'probabilty' in [faults[0]]; did you mean 'probability'?"),
         ('kind = "drop"\nbyte = 1\ntowards = "robt.host"', 4, "not an end of the link; did you mean 'robot.host'?"),

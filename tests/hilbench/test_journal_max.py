@@ -205,7 +205,7 @@ def test_what_cannot_be_begun_anew_has_no_limit(tmp_path, monkeypatch, capfd, pa
     assert main(["run", "bluepill", "--for", "1s", "--journal", path, "--journal-max", "100kB"]) == 2
     assert capfd.readouterr().err == (
         f"hilbench: --journal {path}: is no file on a disk that can become FILE.1; "
-        "name a file, or leave --journal-max away\n"
+        "name a file, or leave out --journal-max\n"
     )
 
 

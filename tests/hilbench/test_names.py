@@ -120,6 +120,6 @@ def test_init_writes_names_that_a_bench_file_can_hold(run, tmp_path):
 def test_init_says_what_a_bench_file_cannot_hold(run, tmp_path):
     done = run("init", "--board", "bluepill", "--image", b"k\xff.elf", code=2)
     assert done.error == (
-        "hilbench: k\\udcff.elf: its name is not UTF-8, and a bench file has no words for it; rename it\n"
+        "hilbench: k\\udcff.elf: its name is not UTF-8, so a bench file cannot contain it; rename it\n"
     )
     assert not (tmp_path / "hilbench.toml").exists()

@@ -362,11 +362,11 @@ def test_the_list_says_what_is_asked_and_needs_no_terminal(tmp_path):
 
 
 NOBODY = [
-    ("check rover-model --operator", "--operator: on this bench nothing is asked of anybody; name the port"),
-    ("check pioneer --operator", "--operator: of this target nothing can be asked of anybody"),
+    ("check rover-model --operator", "--operator: this bench never asks an operator; name the port"),
+    ("check pioneer --operator", "--operator: this target never needs an operator"),
     ("check rover-model --operator-hook no-such", "--operator-hook: 'no-such' is no command that can be run"),
     ("check rover-model --operator-hook ''", "--operator-hook: '' is no command"),
-    ("check rover-model --operator-hook true", "--operator-hook: on this bench nothing is asked of anybody"),
+    ("check rover-model --operator-hook true", "--operator-hook: this bench never asks an operator"),
 ]
 
 

@@ -140,8 +140,8 @@ def test_a_second_client_is_served_or_not(proxy, board, clients):
             os.write(master, b"both")
             assert between.receive(4) == second.recv(4) == b"both"
     between.end()
-    served, turned_away = "another client came: 2 are connected", "a client was turned away"
-    assert (served in between.said, turned_away in between.said) == (clients == "all", clients == "first")
+    served, refused = "another client came: 2 are connected", "a client was refused"
+    assert (served in between.said, refused in between.said) == (clients == "all", clients == "first")
 
 
 @SERVED

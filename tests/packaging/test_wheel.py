@@ -44,8 +44,10 @@ def names(wheel):
         return archive.namelist()
 
 
-def test_it_holds_the_four_packages_and_its_own_description(names):
-    assert {name.partition("/")[0] for name in names} == {*PACKAGES, f"hilbench-{__version__}.dist-info"}
+def test_it_holds_the_four_packages_its_own_description_and_a_manual_page(names):
+    own, data = f"hilbench-{__version__}.dist-info", f"hilbench-{__version__}.data"
+    assert {name.partition("/")[0] for name in names} == {*PACKAGES, own, data}
+    assert [name for name in names if name.startswith(data)] == [f"{data}/data/share/man/man1/hilbench.1"]
 
 
 @pytest.mark.parametrize("package", sorted(PACKAGES))

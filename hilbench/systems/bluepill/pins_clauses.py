@@ -63,7 +63,7 @@ CLAUSES = (
     _clause(
         4,
         "All 64 pairs of codes",
-        "Each pair gives the speed and the rate of turn of the published arithmetic, and what the robot is told is the "
+        "Each pair gives the speed and the rate of turn of the published arithmetic, and the robot gets the "
         "same in whole mm/s and deg/s; straight on wheels each code is 62.5 mm/s at the rim.",
         _PINS,
         _LIBRARY,
@@ -166,8 +166,7 @@ CLAUSES = (
     _clause(
         17,
         "A program that has stopped",
-        "The published adapter drives on at the last codes for ever; one that is told a time after which it stops does "
-        "so.",
+        "The published adapter drives on at the last codes for ever; one with a timeout stops after it.",
         _PINS,
         "the time and what stops it: choice",
     ),
@@ -190,8 +189,8 @@ CLAUSES = (
     _clause(
         20,
         "Turning on the spot",
-        "Codes -1 and 1 turn at 42 mrad/s on the published adapter, which the robot is told as 2 deg/s; straight on "
-        "wheels, or with an adapter that reckons as wheels turn, at 350 mrad/s.",
+        "Codes -1 and 1 turn at 42 mrad/s on the published adapter, sent to the robot as 2 deg/s; straight on "
+        "wheels, or with an adapter that computes as wheels turn, at 350 mrad/s.",
         _PINS,
         "AriaCoda params/p2dx.p: DiffConvFactor",
         _TOLERANCE,
@@ -207,8 +206,7 @@ CLAUSES = (
     _clause(
         22,
         "The reset line",
-        "PB13 high for 10 ms restarts the adapter, which makes its session with the robot anew and drives on; the Blue "
-        "Pill runs on.",
+        "PB13 high for 10 ms restarts the adapter, which opens its session again and drives on; the Blue Pill runs on.",
         _SCHEMATIC,
         _TASKS,
     ),

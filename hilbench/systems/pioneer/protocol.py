@@ -57,7 +57,7 @@ P2OS = ProtocolPlugin(
     title="P2OS",
     summary="the host protocol of the Pioneer robots",
     help="Our client speaks P2OS to a Pioneer: SYNC0, SYNC1 and SYNC2 open the session, then the robot sends a SIP ten "
-    "times a second. Whoever stops talking to it stops the robot: that is what its watchdog is for.",
+    "times a second. If the client falls silent, the robot's watchdog stops it.",
     decoder=decoder,
     regions=regions,
     checksum=checksum,

@@ -80,7 +80,7 @@ CLAUSES = (
     _clause(
         6,
         "A driving stack that falls silent",
-        "At 7 m/s no command comes any more: the car is told to stop with the first miss, keeps its tyres as they "
+        "At 7 m/s no command comes any more: the board commands a stop at the first miss, keeps its tyres as they "
         "were, stands before 1.3 s are over within the way that 8 m/s² need, and the mode is MANUAL then.",
         f"{_TASK}: 10 × 110 ms",
         _HARDENED,

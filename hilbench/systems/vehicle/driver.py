@@ -229,7 +229,7 @@ class CarDriver:
         if name not in MODES:
             raise RequestError(f"mode is {' or '.join(MODES)}")
         if not self._stack_on:
-            raise RequestError("the driving stack is paused, and it is the one who asks")
+            raise RequestError("the driving stack is paused, so it sends no requests")
         self._held_until_ns = None
         self._let_go = "nobody"
         self._follows = name == "AUTOWARE"
@@ -277,7 +277,7 @@ class CarDriver:
         if which not in LAMPS:
             raise RequestError(f"which is one of {', '.join(LAMPS)}")
         if not self._stack_on:
-            raise RequestError("the driving stack is paused, and it is the one who asks")
+            raise RequestError("the driving stack is paused, so it sends no requests")
         turn = {"left": TurnIndicators.ENABLE_LEFT, "right": TurnIndicators.ENABLE_RIGHT}.get(which)
         hazard = HazardLights.ENABLE if which == "hazard" else HazardLights.DISABLE
         stack = self._crew.stack

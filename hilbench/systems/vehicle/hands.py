@@ -186,7 +186,7 @@ class OperatorHands:
 
     def lamps(self) -> tuple[bool, bool]:
         """See `VehicleHands`; `blinking` is asked instead."""
-        raise InternalError("nobody looks at lamps fifty times a second")
+        raise InternalError("no operator can watch a lamp fifty times a second")
 
     def reset(self) -> None:
         """See `VehicleHands`."""

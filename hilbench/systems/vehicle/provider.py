@@ -349,7 +349,7 @@ def _instead(choice: TargetChoice, bench_file: BenchFile) -> tuple[str, str]:
     known = [f"{name}.{profile}" for profile in PROFILE_NAMES]
     if not choice.name:
         hint = f"write --target {known[0]}={choice.spec} (or {' or '.join(known[1:])})"
-        raise UsageError("does not say in the place of which profile", where=where, hint=hint)
+        raise UsageError("does not say which profile it replaces", where=where, hint=hint)
     if choice.name not in known:
         raise UsageError("nothing of that name to replace", where=where, hint=did_you_mean(choice.name, known, "write"))
     profile = target_of(choice).rest

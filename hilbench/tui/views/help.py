@@ -14,7 +14,7 @@ __all__ = ["help_text"]
 
 _PANES = {
     "link": "bytes, rates and errors of the line; how well the host keeps up with real time",
-    "timers": "every timer of both ends runs down; min: the least that was ever left when it was set anew",
+    "timers": "every timer of both ends runs down; min: the least time left at a restart",
     "counters": "of both ends, with rates; red once something has gone wrong",
     "world": "from above, true: the way in green, in red what its range sensors report. The odometry may differ",
     "frames": "> sent, < heard. h holds the list, arrows point at a frame, enter shows its bytes field by field",

@@ -13,8 +13,8 @@ CLAUSES: tuple[Clause, ...] = (
         title="Turn indicators and hazard lights",
         text=(
             "Turn indicators left, right, off, then hazard lights: the left lamp blinks, the right one, none, both, 60 "
-            "to 120 times a minute; with each status the driving stack is told so. A command of NO_COMMAND changes "
-            "nothing; hazard lights end when they are told to."
+            "to 120 times a minute; each status is reported to the driving stack. A command of NO_COMMAND "
+            "changes nothing; hazard lights end on command."
         ),
         sources=(f"{REPORT}: lights and indicators are required", f"{CHOICE}: UN Regulation 6, 60 to 120 a minute"),
         profiles=HARDENED,

@@ -49,7 +49,7 @@ CLAUSES: tuple[Clause, ...] = (
         title="The false emergency of V1",
         text=(
             "In MANUAL with statuses at 20 Hz a frame of mode 4 goes out every 160 ms, one F3 every 1.6 s, and the "
-            "status that the driving stack is told stands still."
+            "status reported to the driving stack does not change."
         ),
         sources=(f"{TASK}, MANUAL block: osEventFlagsWait with UART_NEW_DATA_FLAG, which is a thread flag",),
         profiles=V1_ALONE,

@@ -20,7 +20,7 @@ __all__ = ["FASTEST_EDGES_HZ", "FAST_CLOCKS", "Choice", "ClockOutput"]
 
 FASTEST_EDGES_HZ = 100_000
 """The highest rate of which each edge is told."""
-FAST_CLOCKS = "MCO: of a clock above 100 kHz rate and duty are told, and no edges"
+FAST_CLOCKS = "MCO: a clock above 100 kHz has a rate and a duty, but no edges"
 _HALF = Fraction(1, 2)
 
 

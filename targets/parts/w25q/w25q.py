@@ -92,7 +92,7 @@ class W25q(Part):
         "suspend and resume",
         "security registers, individual locks, CMP and the lock bits of the status",
         "the pins WP and HOLD",
-        "wear, and data that a loss of supply has spoilt",
+        "wear, and data damaged by a loss of supply",
     )
     Settings = W25qSettings
 

@@ -200,7 +200,7 @@ _ALL = (
     ),
     Defect(
         name="pid-no-reset",
-        text="the speed controllers go on from their old sums when their mode is entered anew",
+        text="the speed controllers keep their old sums when their mode is entered again",
         source="G2 actuators/motor/l298n_motor_control.cpp",
         body={"mode_resets_controllers": False},
     ),

@@ -43,7 +43,7 @@ def test_what_did_not_come_is_held_against_a_target_as_far_as_the_benches_were_i
         assert (outcome.verdict, outcome.cause) == (Verdict.FAIL, "no answer")
     else:
         assert outcome.verdict is Verdict.INCONCLUSIVE
-        assert outcome.cause == f"no answer: not held against the target, for {CAUSE}"
+        assert outcome.cause == f"no answer: not counted against the target, because {CAUSE}"
 
 
 def test_a_number_of_things_has_no_lateness_but_what_it_is_given():
@@ -182,7 +182,7 @@ def test_under_plain_pytest_too_what_is_in_doubt_is_neither_a_pass_nor_a_violati
     passed, slow, unanswered = (report for report in reports if report.when == "call")
     assert (passed.outcome, slow.outcome, unanswered.outcome) == ("passed", "failed", "failed")
     assert str(slow.longrepr).startswith("inconclusive: less time passed")
-    assert str(unanswered.longrepr) == "inconclusive: no answer: not held against the target, for " + CAUSE
+    assert str(unanswered.longrepr) == "inconclusive: no answer: not counted against the target, because " + CAUSE
 
 
 LACKS = "brain waits in main, polling CEC_ISR; CEC is not modelled"
@@ -193,7 +193,7 @@ def test_what_a_target_fails_to_do_while_it_waits_on_what_is_not_modelled_is_not
     outcome = excused(outcome_of(error), LACKS)
     assert (outcome.verdict, outcome.cause) == (
         Verdict.INCONCLUSIVE,
-        f"no answer: not held against the target, for {LACKS}",
+        f"no answer: not counted against the target, because {LACKS}",
     )
     assert excused(outcome_of(error), "") == outcome_of(error)
 

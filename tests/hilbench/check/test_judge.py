@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 from hypothesis import given
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from hilbench.check import CaseResult, Inconclusive, Verdict, Violation, at_least, at_most, near, within
 from hilbench.check.results import tightest_margins, worst_margin
 from hilbench.judging.recorder import Recorded, recording, unrecorded
+from tests.each import each
 
 figures = st.floats(-1e6, 1e6)
 doubts = st.floats(0, 1e6)
@@ -141,3 +143,19 @@ def test_what_comes_behind_such_a_point_counts(check, behind, verdict, cause):
     others = [line for line in case.evidence if line.startswith("cannot be judged either: stop: 2 ± 0.1 s")]
     assert len(others) == (1 if behind == "pass" else 2)
     assert len(case.measures) == 2
+
+
+@each(
+    ("value", "limit", "said"),
+    [
+        (0.207292, 0.2, "0.2073"),
+        (0.00166667, 0.001, "0.001667"),
+        (0.200002, 0.2, "0.200002"),
+        (123456.7, 5.0, "123457"),
+        (5.0, 2.0, "5"),
+        (math.inf, 2.0, "inf"),
+    ],
+)
+def test_a_figure_has_four_digits_or_as_many_as_tell_it_from_its_limit(value, limit, said):
+    with pytest.raises(Violation, match=rf"^a wait: {re.escape(said)} s, required at most"):
+        at_most(value, limit, unit="s", what="a wait")

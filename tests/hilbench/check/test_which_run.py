@@ -97,7 +97,7 @@ class TestLastFailed:
     def test_runs_what_did_not_pass(self, run):
         run()
         said = run(last_failed=True)
-        assert "--last-failed: 3 of 5 cases did not pass when they were run last" in said
+        assert "--last-failed: 3 of 5 cases did not pass last time" in said
         assert [number for number in "12345" if "/3 " in said and f"A{number} " in said] == ["2", "3", "4"]
 
     def test_a_case_that_has_passed_since_is_not_among_them(self, run):

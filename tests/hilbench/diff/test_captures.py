@@ -215,7 +215,7 @@ def test_an_empty_last_cell_without_an_end_may_have_been_cut(write, pins, diff):
 def test_a_device_is_no_recording(write, pins, diff):
     code, out, err = diff(pins("a.jsonl", STEPS), "/dev/zero")
     assert (code, out) == (3, "")
-    assert err.startswith("hilbench: /dev/zero: is no file on a disk")
+    assert err.startswith("hilbench: /dev/zero: is not a regular file")
 
 
 @pytest.mark.parametrize(

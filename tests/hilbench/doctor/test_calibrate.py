@@ -240,7 +240,7 @@ def test_without_a_home_nothing_is_kept_and_nothing_found(homeless):
     assert state_folder() is None
     assert stored("/dev/ttyS0") is None
     assert calibration_of("/dev/ttyS0", []) is None
-    with pytest.raises(UnavailableError, match=r"there is no home to keep it in; export XDG_STATE_HOME=DIR"):
+    with pytest.raises(UnavailableError, match=r"there is no home directory to store it in; export XDG_STATE_HOME=DIR"):
         keep(made())
 
 

@@ -285,13 +285,13 @@ def no_such_port(bench):
     bench.plug()
 
 
-@problem("serial:serial=B2", State.CROSS, "no port is that", "/dev/ttyUSB0 (usb=0403:6001, serial=A50285BI",
+@problem("serial:serial=B2", State.CROSS, "no port matches", "/dev/ttyUSB0 (usb=0403:6001, serial=A50285BI",
          target="serial:serial=B2")  # fmt: skip
 def no_such_board(bench):
     bench.plug()
 
 
-@problem("serial:usb=0403:6001", State.CROSS, "2 ports are that", "say which", target="serial:usb=0403:6001")
+@problem("serial:usb=0403:6001", State.CROSS, "2 ports match", "say which", target="serial:usb=0403:6001")
 def two_such_boards(bench):
     bench.plug()
     bench.plug("/dev/ttyUSB1")
@@ -403,9 +403,9 @@ def test_it_is_printed_with_the_fix_below():
         "ok     clock     tsc",
         "warn   compiler  none",
         "                 -> get one",
-        "CROSS  wheels    gone",
+        "FAIL   wheels    gone",
         "                 -> pip",
-        "1 cross, 1 warning",
+        "1 problem, 1 warning",
     ]
     data = as_data(findings)
     assert data["fit"] is False

@@ -41,7 +41,9 @@ def test_a_port_that_knows_no_breaks_says_so_and_counts_them(locked, lineless):
     through_socket = SerialPort(locked, f"socket://127.0.0.1:{socket_door.port}")
     for port in (door, socket_door, pseudo, through_socket):
         for _ in range(2):
-            with pytest.raises(UnavailableError, match=r"a break cannot be sent: .* knows none") as caught:
+            with pytest.raises(
+                UnavailableError, match=r"a break cannot be sent: .* (?:knows none|has no breaks)"
+            ) as caught:
                 port.send_break(1000)
         assert caught.value.where == port.name
         assert port.counters.breaks_unsent == 2

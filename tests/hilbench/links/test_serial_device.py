@@ -102,7 +102,7 @@ def test_a_choice_of_port_stands_where_a_path_may_stand():
     assert located(target, lambda: ports) == SerialTarget(
         url="/dev/ttyUSB7", baud=57_600, settings=LineSettings(dtr=False)
     )
-    with pytest.raises(UnavailableError, match="no port is that"):
+    with pytest.raises(UnavailableError, match="no port matches"):
         located(target, list)
     with pytest.raises(UsageError, match="two numbers"):
         parse_serial_target("serial:usb=403@9600")

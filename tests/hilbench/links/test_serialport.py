@@ -136,7 +136,7 @@ def test_a_port_in_use_names_who_has_it():
         ("socket://127.0.0.1", "names no port of its host"),
         ("rfc2217://127.0.0.1:99999", "no number from 1 to 65535"),
         ("socket://127.0.0.1:http", "no number from 1 to 65535"),
-        ("hilbench://rover-model?fast@115200", "its time would be another"),
+        ("hilbench://rover-model?fast@115200", "its clock would differ"),
         ("hilbench://nobody", "no such bench"),
         ("socket://[::1:400", "is no URL: Invalid IPv6 URL"),
         ("loop://?logging=foo", "pyserial does not know it: KeyError: 'foo'"),
@@ -163,7 +163,7 @@ def test_what_a_far_port_refuses_is_no_wrong_usage():
     target = SerialTarget(url="rfc2217://h:1", baud=9600)
     error = _cannot_open(target, ValueError("remote rejected value for option 'parity'"))
     assert isinstance(error, UnavailableError)
-    assert "the far port refuses" in str(error)
+    assert "the remote port refuses" in str(error)
 
 
 def test_a_port_is_one_programs_own_also_behind_another_url(locked):

@@ -53,7 +53,7 @@ def test_a_second_client_is_turned_away(locked, make_door):
     until(locked, lambda: door.line_is_up)
     second = connect(door)
     until(locked, lambda: door.counters.refused == 1)
-    assert said == ["a client was turned away: another one is connected"]
+    assert said == ["a client was refused: another one is connected"]
     assert receive(second) == b""
     door.write(b"still yours")
     received = []
@@ -259,7 +259,7 @@ class TestNewest:
         second = connect(door)
         second.send(b"z")
         until(locked, lambda: heard.endswith(b"z"))
-        assert said == ["another client waits until what those before it have said is through"]
+        assert said == ["another client waits until the bytes of the previous ones have been received"]
         assert len(heard) == 501
         second.close()
 

@@ -165,7 +165,7 @@ def test_a_stand_in_a_file_of_ones_own_is_meant(tmp_path):
 
 
 def test_a_scene_needs_a_world():
-    with pytest.raises(UsageError, match="nothing stands in a world here"):
+    with pytest.raises(UsageError, match="no target of this bench has a world"):
         in_scene(open_target("rover-model"), "corridor")
 
 
@@ -198,7 +198,9 @@ def test_only_serial_ports_are_attached_to(tmp_path):
         attach("rover-model", "serial:a", "serial:b")
     with pytest.raises(UsageError, match=r"one line, without a name.*write --target serial:a"):
         attach("pioneer-plane", "client=serial:a")
-    with pytest.raises(UsageError, match="bench 'bluepill': no client of ours speaks to its boards; leave --target"):
+    with pytest.raises(
+        UsageError, match="bench 'bluepill': no client of ours speaks to its boards; leave out --target"
+    ):
         attach("bluepill", f"serial:{tmp_path}/none")
 
 

@@ -50,7 +50,7 @@ def test_a_clause_that_fails_while_the_firmware_waits_on_what_we_lack_is_inconcl
     failed, passed = report["cases"]
     where = "waits in __wrap_main (log_memory.c:36), polling QUADSPI_SR; QUADSPI is not modelled: no memory answers"
     assert failed["verdict"] == "inconclusive"
-    assert failed["cause"] == f"no answer: not held against the target, for brain {where}"
+    assert failed["cause"] == f"no answer: not counted against the target, because brain {where}"
     assert f"brain {where.partition(';')[0]}, at the end" in failed["evidence"]
     assert passed["verdict"] == "pass"
     first, *_ = (note for note in report["observed"]["notes"] if note["kind"] == "unmodelled")

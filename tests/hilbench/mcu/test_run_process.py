@@ -82,7 +82,7 @@ def test_a_wait_for_a_register_of_the_core_is_told_by_its_name(capfd):
         ),
         (["serve", HAL, "--chip", "STM32F103T8"], 2, "--chip: does not fit the board: leds name 'PC13', which"),
         (["init", "--protocol", "p2os", "--chip", "STM32F103CB"], 2, "--chip: is for an emulated board"),
-        (["run"], 2, "run: names nothing to run, and there is no hilbench.toml here; write BOARD:IMAGE or"),
+        (["run"], 2, "run: needs something to run, and there is no hilbench.toml here; write BOARD:IMAGE or"),
         (["run", HAL, "--for", "0.5"], 2, "--for: '0.5' is not a duration; write 10s, 500ms or 2min"),
         (["run", HAL, "--folow"], 2, "run: unknown option --folow; did you mean '--follow'?"),
         (["run", HAL, "--vcd", "none/w.vcd"], 3, "none/w.vcd: the waveforms cannot be written"),

@@ -68,7 +68,7 @@ def test_doors_without_a_name_take_the_usarts_in_order():
         (
             [pty("a", "usart1"), pty("b", "bluepill.usart1")],
             FREE,
-            "--pty bluepill.usart1=: bluepill.usart1 has a door of this kind already",
+            "--pty bluepill.usart1=: bluepill.usart1 has an endpoint of this kind already",
         ),
         ([pty("a")] * 4, FREE, "--pty: more of them than USARTs (bluepill.usart1, "),
         ([TcpDoor(port=0)], [], "--tcp: more of them than USARTs (none is free)"),

@@ -111,7 +111,7 @@ def test_bytes_of_a_file(parse, tmp_path):
         ("1q:PA5=1", "'1q' is not a duration"),
         ("1s+:PA5=1", "is no time"),
         ("1s+1ms*0:PA5=1", "is no time"),
-        ("1s+0s:PA5=1", "no time at all"),
+        ("1s+0s:PA5=1", "is not longer than zero"),
         ("PA55=1", "no pin 'PA55'"),
         ("x.PA5=1", "no board 'x'"),
         ("PA5=2", "nothing that a pin can get"),
@@ -525,8 +525,8 @@ def test_a_short_pulse_has_its_duty(emulate, tmp_path):
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("pipe", "pipe: is no ordinary file, and stimuli are written in place; name a file"),
-        ("/dev/null", "/dev/null: is no ordinary file"),
+        ("pipe", "pipe: is not a regular file, and stimuli are written in place; name a file"),
+        ("/dev/null", "/dev/null: is not a regular file"),
         ("/dev/stdout", "/dev/stdout: is "),
         ("folder", "folder: is a folder"),
         ("no/such/file", "/no/such; make it first"),

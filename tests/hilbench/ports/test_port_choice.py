@@ -43,10 +43,10 @@ def test_a_port_is_chosen(text, device):
 @each(
     ("text", "said"),
     [
-        ("usb=0483:374b", "2 ports are that; say which by serial=, location= or interface=: /dev/ttyACM0 (usb="),
-        ("usb=1a86:7523", "no port is that; there are /dev/ttyACM0 "),
-        ("serial=0668ff", "no port is that"),
-        ("serial=0668FF,location=1-1.3", "no port is that"),
+        ("usb=0483:374b", "2 ports match; say which by serial=, location= or interface=: /dev/ttyACM0 (usb="),
+        ("usb=1a86:7523", "no port matches; there are /dev/ttyACM0 "),
+        ("serial=0668ff", "no port matches"),
+        ("serial=0668FF,location=1-1.3", "no port matches"),
     ],
 )
 def test_what_is_not_one_port_is_refused_with_what_is_there(text, said):
@@ -75,7 +75,7 @@ def test_paths_and_urls_choose_nothing(text):
         ("serial=", "'serial=' takes a serial number"),
         ("location=1.2", "'location=' takes bus and ports"),
         ("interface=a", "'interface=' takes a number"),
-        ("serial=a,serial=b", "'serial=' stands twice"),
+        ("serial=a,serial=b", "'serial=' is given twice"),
         ("usb=0483:374b,", "'usb=' takes"),
     ],
 )

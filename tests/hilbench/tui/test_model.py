@@ -312,7 +312,7 @@ def test_frames_of_a_checker_that_is_the_server_are_read_from_its_side():
     for way in ("rx", "tx"):
         frames.take({"kind": way, **pulse})
     heard, sent = frames.frames
-    assert (heard.item.name, sent.item.name) == ("PULSE", "SyncEcho")
+    assert (heard.item.name, sent.item.name) == ("SYNC0", "SyncEcho")
     assert (heard.regions[2].name, sent.regions[2].name) == ("number", "type")
 
 

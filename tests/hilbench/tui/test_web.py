@@ -167,5 +167,5 @@ def test_what_cannot_be_served_is_said_in_one_line(words, code, said, capfd, mon
 def test_who_lacks_what_serves_it_is_told_how_to_get_it(capfd, monkeypatch):
     monkeypatch.setitem(sys.modules, "textual_serve", None)
     assert main(["rover-model", "--web"]) == 3
-    said = "hilbench: --web: what shows the dashboard in a browser is not installed; pip install 'hilbench[web]'\n"
-    assert capfd.readouterr() == ("", said)
+    missing = "the package that shows the dashboard in a browser is not installed"
+    assert capfd.readouterr() == ("", f"hilbench: --web: {missing}; pip install 'hilbench[web]'\n")

@@ -51,6 +51,19 @@ def test_urls(url, means):
     assert parse_bench_url(url) == means
 
 
+def test_faults_of_a_bench_file_are_on_the_line(opened, tmp_path):
+    file = tmp_path / "noisy.toml"
+    file.write_text(
+        'version = 1\n[targets.robot]\nmodel = "pioneer-2dx"\n[[links]]\nends = ["peer", "robot.host"]\n'
+        '[[faults]]\nkind = "drop"\nbyte = 2\nfrom = "robot.host"\n'
+    )
+    port = opened(f"hilbench://{file}?fast", 9600, timeout=0.2)
+    sync0 = bytes.fromhex("FAFB03000000")
+    for answer in (sync0[:2] + sync0[3:], sync0):
+        port.write(sync0)
+        assert port.read(64) == answer
+
+
 @each(
     "url",
     [

@@ -219,7 +219,7 @@ WRONG = {
     "a world in which nothing stands": (
         BRAIN + ADAPTER + '[world]\nscene = "empty"\n',
         8,
-        "nothing stands in a world here",
+        "no target of this bench has a world",
     ),
     "a variant that is not there": (
         BRAIN + '[variants]\nrobot = "other.toml"\n',

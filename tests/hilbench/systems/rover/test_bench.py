@@ -59,7 +59,7 @@ def test_settings(bench):
             "defects has 'no-rsync', which is none; there are no-0x81",
         ),
         ("[targets.rover.settings]\nwatchdog_ms = 1\n", 5, "unknown key 'watchdog_ms'"),
-        ('[world]\nscene = "empty"\n', 4, "nothing stands in a world here"),
+        ('[world]\nscene = "empty"\n', 4, "no target of this bench has a world"),
     ],
 )
 def test_what_is_refused(bench, capsys, text, line, message):
@@ -118,4 +118,4 @@ def test_it_is_served(forkable, tmp_path):
 
 def test_a_rover_that_is_served_stands_nowhere(tmp_path, capsys):
     assert main(["serve", "rover-model", "--tcp", "0", "--scene", "corridor"]) == 2
-    assert "nothing stands in a world here" in capsys.readouterr().err
+    assert "no target of this bench has a world" in capsys.readouterr().err

@@ -66,7 +66,7 @@ def test_settings(bench):
     [
         ('[targets.board.settings]\nprofil = "v1"\n', 5, "unknown key 'profil'"),
         ('[targets.board.settings]\ndefects = ["H3"]\n', 5, "defects has 'H3', which is none; there are"),
-        ('[world]\nscene = "empty"\n', 4, "nothing stands in a world here"),
+        ('[world]\nscene = "empty"\n', 4, "no target of this bench has a world"),
         ('[targets.other]\nmodel = "rover"\n', 4, "'other': more than one robot is not available"),
         (
             '[targets.car]\nmodel = "car-host"\n[[links]]\nends = ["car.board", "board.usart2"]\n',
@@ -109,7 +109,7 @@ def test_what_is_refused(bench, capsys, text, line, message):
         (
             ["vehicle-model:v1"],
             (
-                "--target vehicle-model:v1: does not say in the place of which profile; "
+                "--target vehicle-model:v1: does not say which profile it replaces; "
                 "write --target board.hardened=vehicle-model:v1 (or board.v0 or board.v1)"
             ),
         ),
@@ -332,4 +332,4 @@ def test_a_door_for_a_line_that_is_not_there(tmp_path, capsys):
     assert main(["serve", "vehicle-model", "--pty", f"usart1={tmp_path / 'x'}"]) == 2
     assert "no such USART" in capsys.readouterr().err
     assert main(["serve", "vehicle-model", "--tcp", "0", "--scene", "corridor"]) == 2
-    assert "nothing stands in a world here" in capsys.readouterr().err
+    assert "no target of this bench has a world" in capsys.readouterr().err
