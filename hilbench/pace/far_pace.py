@@ -75,10 +75,12 @@ class FarPace:
 
     Args:
         where: path or URL of the port.
+        but_of: id of a process whose benches do not count, such as one that has itself opened the port.
     """
 
-    def __init__(self, where: str) -> None:
+    def __init__(self, where: str, *, but_of: int = 0) -> None:
         self._where = where
+        self._but_of = f"{but_of}-"
         self._found: list[PaceReader] = []
         self._again_ns = 0
 
@@ -99,7 +101,7 @@ class FarPace:
     def _readers(self, now_ns: int) -> list[PaceReader]:
         """Return them; looked for again now and then, and at once where one was missing or has ended."""
         if now_ns >= self._again_ns or any(reader.has_ended(now_ns) for reader in self._found):
-            self._found = list(_chain(self._where, set()))
+            self._found = [one for one in _chain(self._where, set()) if not one.name.startswith(self._but_of)]
             self._again_ns = now_ns + _LOOKED_AT_NS if _is_whole(self._found) else 0
         return self._found
 

@@ -256,7 +256,7 @@ def _uncertainty_s(part: _Part) -> float:
     known = [float(value) for value in said if isinstance(value, int | float)]
     assumed = 0.0 if part.case else ASSUMED_UNCERTAINTY_S
     collected_ns = max(map(_early_ns, part.events), default=0)
-    return (known[-1] if known else assumed) + collected_ns / 2 / NS_PER_S
+    return max(known, default=assumed) + collected_ns / 2 / NS_PER_S
 
 
 def _ends(part: _Part) -> dict[tuple[str, str], str]:

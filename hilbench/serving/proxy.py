@@ -7,6 +7,7 @@ An end is a door that somebody comes in by (``pty:PATH``, ``tcp:PORT``, ``rfc221
 from __future__ import annotations
 
 import contextlib
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -15,15 +16,16 @@ from pathlib import Path
 import msgspec
 from msgspec import UNSET
 
-from hilbench.bench import Bench
+from hilbench.bench import LOCKED_FLOOR_S, Bench
 from hilbench.bench.about import about_reading
 from hilbench.bench.line_faults import describe_faults
 from hilbench.benchfile.fault_entries import FaultEntry
-from hilbench.clock import NS_PER_MS, EventClass, Scheduler
+from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass, Scheduler
 from hilbench.errors import UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
 from hilbench.links import Line, Port, ReconnectingPort, SerialPort, is_serial_target, parse_serial_target
+from hilbench.pace.far_pace import FarPace, place_of
 from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.serving import Notice, Say, open_door, place, run_until_stopped, signals_held
 from hilbench.serving.near_ends import open_near_end
@@ -33,12 +35,14 @@ from hilbench.strict.toml_file import TomlFile
 from hilbench.terminal import arguments
 from hilbench.terminal.options import Clients, DoorWish
 
-__all__ = ["USUAL_BAUD", "ProxyOptions", "proxy", "read_faults"]
+__all__ = ["USUAL_BAUD", "ProxyOptions", "look_on", "proxy", "read_faults"]
 
 USUAL_BAUD = 115_200
 """Of a serial port for which none is named (choice)."""
 _WRITE_EVERY_NS = 100 * NS_PER_MS
 """How often the journal is written, and losses are looked for (choice)."""
+_SPAN_NS = NS_PER_S
+"""Over so long the lateness of the host is looked at (choice): few limits on a line are longer, and are less exact."""
 _DOORS: Mapping[str, Callable[[str], DoorWish]] = {
     "pty": arguments.pty_door,
     "tcp": arguments.tcp_door,
@@ -124,7 +128,7 @@ def proxy(options: ProxyOptions, say: Say, heard: Heard | None = None) -> ExitCo
         relay = Relay(bench, ends[A].port, ends[B].port, faults=faults, seed=options.seed, record=record, **more)
         relay.on_refused = lambda text: say(f"{bench.now_s:10.3f} s  {text}")
         stack.callback(relay.finish)
-        _look_on(bench, relay)
+        look_on(bench, relay)
         for name, who in ((A, CLIENT), (B, SERVER)):
             say(f"{name} ({who}): {ends[name].where}")
             _announce(bench, ends[name].port, who, say)
@@ -186,6 +190,8 @@ def _open(bench: Bench, what: str, options: ProxyOptions, say: Say) -> _End:
     if is_serial_target(what):
         target = parse_serial_target(what, USUAL_BAUD)
         port = ReconnectingPort(bench.scheduler, target, record=bench.record, open_port=_WATCHED)
+        if place_of(port.device) is not None:
+            bench.far.append(FarPace(port.device, but_of=os.getpid()))
         notice = Notice(behind=(port.device if "://" in port.device else str(Path(port.device).absolute()),))
         return _End(port=port, where=f"{port.device}, {port.baud} baud", notice=notice, close=port.close)
     from hilbench.mcu.command_line import open_target
@@ -209,11 +215,22 @@ def _door(bench: Bench, kind: str, rest: str, what: str, clients: Clients, say: 
     return _End(port=door, where=place(door), notice=Notice(doors=(door,)), close=door.close)
 
 
-def _look_on(bench: Bench, relay: Relay) -> None:
-    """Tell what was lost, and write what was recorded, again and again: what is killed loses little of it."""
+def look_on(bench: Bench, relay: Relay, before_s: float = 0.0) -> None:
+    """Record losses and lateness, and write the journal, again and again: what is killed loses little of it.
+
+    Args:
+        bench: whose time and journal are used.
+        relay: says first, once, that an end loses bytes.
+        before_s: how far off times were at the last look, in seconds: only what is new is recorded, and only what is
+            more than whoever judges by times takes for granted.
+    """
     relay.tell_losses()
+    late_s = float(bench.uncertainty_s(max(0, bench.now_ns - _SPAN_NS)))
+    if late_s > LOCKED_FLOOR_S and late_s != before_s:
+        bench.record("host-lateness", "proxy", uncertainty_s=late_s)
     bench.journal.flush_step()
-    bench.scheduler.after(_WRITE_EVERY_NS, partial(_look_on, bench, relay), order=EventClass.CHECK, source="journal")
+    again = partial(look_on, bench, relay, late_s)
+    bench.scheduler.after(_WRITE_EVERY_NS, again, order=EventClass.CHECK, source="journal")
 
 
 def _announce(bench: Bench, port: Port, who: str, say: Say) -> None:

@@ -13,16 +13,22 @@ import tty
 
 import pytest
 
+from hilbench.bench import Bench
 from hilbench.cli import main
+from hilbench.clock import Scheduler
 from hilbench.errors import UsageError
 from hilbench.journal import Journal
+from hilbench.links import Line, MemoryLink
 from hilbench.recordings.piecewise import open_pieces
-from hilbench.serving.proxy import read_faults
+from hilbench.serving.proxy import look_on, read_faults
+from hilbench.serving.relay import Relay
+from hilbench.testing import FakeHostClock
 from hilbench.tui.model.replay import Replay
 from protocols.pkt import PROFILES, RequestTelemetry, encode_command, encode_frame
 from tests.hilbench.forked import PATIENCE_S
 
 REQUEST = encode_frame(encode_command(RequestTelemetry()), PROFILES["documented"].client.frames)
+MS = 1_000_000
 SYNC0 = bytes.fromhex("FAFB03000000")
 SERVED = pytest.mark.real_time("a process that serves; its words and bytes are waited for, and nothing is timed")
 
@@ -236,3 +242,17 @@ def test_faults_without_a_direction_are_towards_the_board(tmp_path):
         "drop byte 1 towards b",
         "disconnect at_s 1 duration_s 1",
     ]
+
+
+def test_a_recording_says_how_late_the_host_was():
+    host, bench = FakeHostClock(), Bench(Scheduler(), Journal())
+    ends = [MemoryLink(bench.scheduler, Line(baud=0), name=name).a for name in "ab"]
+    for at_ms, late_ms in ((250, 30), (600, 20), (2900, 1), (4550, 40)):
+        host.stall(host.host_ns + at_ms * MS, late_ms * MS)
+    bench.scheduler.lock(host)
+    look_on(bench, Relay(bench, *ends))
+    bench.run_for(6.0)
+    bench.scheduler.unlock()
+    said = [(one["ns"], one["uncertainty_s"]) for one in bench.journal.recent if one["kind"] == "host-lateness"]
+    expected = [(300, 0.03), (1300, 0.02), (4600, 0.04)]
+    assert said == [(ms * MS, pytest.approx(late_s, rel=1 / 8)) for ms, late_s in expected]

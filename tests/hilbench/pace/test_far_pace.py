@@ -126,6 +126,12 @@ class TestNotices:
         assert [life(BORN_NS + ms * MS) for ms in (0, 3, 5, 90)] == [0, 3 * MS, 5 * MS, 5 * MS]
         assert far.lateness(BORN_NS + 10 * MS, BORN_NS + 90 * MS) == Lateness(late_ns=85 * MS)
 
+    def test_who_looks_is_not_behind_the_port_that_it_has_opened(self, ptys, notice):
+        where = ptys()
+        notice(behind=(where,)).due(BORN_NS)
+        assert FarPace(where).lateness(BORN_NS, BORN_NS + 90 * MS) == Lateness(late_ns=90 * MS)
+        assert FarPace(where, but_of=os.getpid()).lateness(BORN_NS, BORN_NS + 90 * MS) == IN_TIME
+
     def test_lost_time_is_no_life(self, ptys, notice):
         where = ptys()
         told, far = notice(where), FarPace(where)

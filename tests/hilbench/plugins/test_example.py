@@ -123,6 +123,19 @@ def test_a_silent_node_is_found_in_a_recording(verdicts, tmp_path):
     assert verdicts("--target", f"capture:{journal}")[1] == {"TANK1": "fail"}
 
 
+def test_an_answer_as_late_as_its_recording_may_be_wrong_by_is_neither_passed_nor_failed(verdicts, tmp_path):
+    from tank.frames import Level, Read, encode
+
+    for after_ms, code, verdict in ((45, 0, "pass"), (51, 4, "inconclusive"), (60, 1, "fail")):
+        journal = Journal(tmp_path / f"{after_ms}.jsonl", {})
+        journal.record("tx", "client", 0, data=encode(Read()))
+        journal.record("tx", "server", after_ms * 1_000_000, data=encode(Level(1, 0, False)))
+        journal.record("note", "desk", 1_000_000_000, text="the end")
+        journal.close()
+        found = verdicts("--target", f"capture:{tmp_path / f'{after_ms}.jsonl'}")
+        assert found == (code, {"TANK1": verdict}), after_ms
+
+
 @pytest.mark.parametrize("bench", few([MODEL, BOARD], 1, "the gate has the model"), ids=["model", "board"])
 def test_the_dashboard_shows_its_frames_states_and_watchdogs(tmp_path, bench):
     journal = tmp_path / "live.jsonl"

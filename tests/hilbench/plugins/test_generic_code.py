@@ -10,7 +10,7 @@ import hilbench
 
 ROOT = Path(hilbench.__file__).parent
 NAMES = re.compile(
-    r"p2os|\bsip\b|sonar|pioneer|\bpkt\b|rover|carla|autoware|bluepill|vehicle[-_ ]interface|car[-_]host"
+    r"p2os|\bsip\b|sonar|pioneer|pkt|rover|carla|autoware|xrce|bluepill|vehicle[-_ ](interface|model)|car[-_]host"
     r"|hilbench\.systems(\.| import)",
     re.IGNORECASE,
 )
@@ -38,7 +38,9 @@ def names_of(place, tree):
         match node:
             case ast.Constant(value=str(words)) if id(node) not in allowed and words != DEFAULTS.get(place):
                 pass
-            case ast.Name(id=words) | ast.Attribute(attr=words):
+            case ast.Name(id=words) | ast.Attribute(attr=words) | ast.arg(arg=words) | ast.keyword(arg=str(words)):
+                pass
+            case ast.FunctionDef(name=words) | ast.AsyncFunctionDef(name=words) | ast.ClassDef(name=words):
                 pass
             case ast.Import() | ast.ImportFrom():
                 words = ast.unparse(node)

@@ -230,6 +230,18 @@ def test_the_two_ends_of_a_proxy_are_one_line(tmp_path):
     assert (measure.value, measure.uncertainty) == pytest.approx((0.194, 0.007))
 
 
+@pytest.mark.parametrize(("late_s", "verdict"), [(0.03, Verdict.INCONCLUSIVE), (0.003, Verdict.FAIL)])
+def test_an_answer_to_a_proxy_that_was_late_may_have_been_in_time(tmp_path, late_s, verdict):
+    journal = Journal(tmp_path / "proxy.jsonl", {"proxy": ["pty:a", "serial:b"]})
+    journal.record("tx", "client", 0, data=SYNCS[0])
+    journal.record("tx", "server", 220 * MS, data=SYNCS[0])
+    journal.record("host-lateness", "proxy", 300 * MS, uncertainty_s=late_s)
+    journal.record("host-lateness", "proxy", 400 * MS, uncertainty_s=0.0025)
+    journal.record("note", "desk", 5000 * MS, text="the end")
+    journal.close()
+    assert verdicts(judged(tmp_path / "proxy.jsonl", select="S01")) == {"S01": verdict}
+
+
 @pytest.fixture
 def rover_line(line):
     request = encode_frame(b"\x00")
