@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from protocols.state_machine import StateMachine
+from protocols.common.flagged_connection import FlaggedMachine
 from protocols.xrce.codes import NO_SESSION, NO_SESSION_WITH_KEY, NO_STREAM, has_client_key, is_reliable
 from protocols.xrce.errors import LocalProtocolError, RemoteProtocolError
 from protocols.xrce.events import Event, MessagesLost, Received, Senseless, StreamsReset
@@ -74,17 +74,7 @@ class Counters:
     ignored: int = 0
 
 
-_COUNTER_OF_DROP = {
-    DropReason.NOISE: "noise",
-    DropReason.CUT_SHORT: "cut_short",
-    DropReason.NOT_FOR_US: "not_for_us",
-    DropReason.BAD_LENGTH: "bad_lengths",
-    DropReason.BAD_CRC: "bad_crcs",
-    DropReason.BAD_BODY: "bad_bodies",
-}
-
-
-class Machine(StateMachine[State, Trigger, Action, Timer, Event, Counters]):
+class Machine(FlaggedMachine[State, Trigger, Action, Timer, Event, Counters]):
     """One end of a session.
 
     Args:
@@ -99,7 +89,6 @@ class Machine(StateMachine[State, Trigger, Action, Timer, Event, Counters]):
         mtu: the longest message that may be sent, in bytes.
     """
 
-    DROPS = _COUNTER_OF_DROP
     OPEN: State
 
     def __init__(self, table: Table, state: State, options: ClientOptions | AgentOptions) -> None:
@@ -117,7 +106,6 @@ class Machine(StateMachine[State, Trigger, Action, Timer, Event, Counters]):
 
     def take_frame(self, frame: Frame) -> None:
         """Handles a sound frame."""
-        self.counters.frames_in += 1
         try:
             header, body = decode_header(frame.payload)
         except RemoteProtocolError:

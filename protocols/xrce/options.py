@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from protocols.common.flagged import FlaggedOptions
 from protocols.common.options import check_positive
 from protocols.xrce.codes import NO_SESSION, NO_SESSION_WITH_KEY
 from protocols.xrce.errors import LocalProtocolError
@@ -18,27 +19,17 @@ LEAST_MTU = 36
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FramingOptions:
+class FramingOptions(FlaggedOptions):
     """How serial frames are made and found.
 
     Attributes:
-        local_address: of this end; 0 at both ends in the original (Micro-XRCE-DDS-Client, custom_transport.c).
+        local_address: of this end.
         remote_address: of the other end; an agent answers to the address that it was spoken to from last.
         max_payload: the largest payload, in bytes; by default whatever the length field can say, as in
             Micro-XRCE-DDS-Agent (config.hpp: SERVER_BUFFER_SIZE 65535).
     """
 
-    local_address: int = 0
-    remote_address: int = 0
-    max_payload: int = _MOST
-
-    def __post_init__(self) -> None:
-        """Checks the figures; LocalProtocolError names the wrong one."""
-        for name in ("local_address", "remote_address"):
-            if not 0 <= getattr(self, name) <= 0xFF:
-                raise LocalProtocolError(f"{name} {getattr(self, name)} is not 0..255")
-        if not 1 <= self.max_payload <= _MOST:
-            raise LocalProtocolError(f"max_payload {self.max_payload} is not 1..{_MOST}")
+    MISUSE = LocalProtocolError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,13 +17,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from protocols.common.connection import MachineConnection
+from protocols.common.flagged_connection import FlaggedConnection
 from protocols.xrce.agent import AgentMachine
 from protocols.xrce.client import ClientMachine
 from protocols.xrce.codes import BUILTIN_RELIABLE, OBJECT_AGENT, InfoMask
 from protocols.xrce.errors import LocalProtocolError
 from protocols.xrce.events import Event
-from protocols.xrce.framing import Dropped, Frame, FrameReader
+from protocols.xrce.framing import FrameReader
 from protocols.xrce.machine import Counters
 from protocols.xrce.options import AgentOptions, ClientOptions
 from protocols.xrce.states import Action, AgentTrigger, ClientTrigger, Role, State, Table, Timer, Trigger
@@ -52,7 +52,7 @@ _MAY_SEND = {
 }
 
 
-class Session(MachineConnection[State, Trigger, Action, Timer, Event, Counters]):
+class Session(FlaggedConnection[State, Trigger, Action, Timer, Event, Counters]):
     """One end, in either role. An agent's end has one client at a time.
 
     Args:
@@ -97,17 +97,6 @@ class Session(MachineConnection[State, Trigger, Action, Timer, Event, Counters])
     def mtu(self) -> int:
         """The longest message that is sent, in bytes; an agent's is what its client has said."""
         return self._machine.mtu
-
-    def receive(self, data: bytes, now_ns: int) -> list[Event]:
-        """Takes bytes that came in at `now_ns`; raises nothing whatever they are."""
-        self._run_due(now_ns)
-        self._machine.counters.bytes_in += len(data)
-        self._take(self._reader.receive(data))
-        return self._machine.fetch()
-
-    def next_deadline_ns(self) -> int | None:
-        """When `advance` has something to do, in ns of bench time; None if nothing is waited for."""
-        return self._machine.next_deadline_ns()
 
     def send(
         self, submessages: Submessage | Iterable[Submessage], now_ns: int, *, stream_id: int = BUILTIN_RELIABLE
@@ -210,20 +199,3 @@ class Session(MachineConnection[State, Trigger, Action, Timer, Event, Counters])
         for frame in frames:
             self._machine.count_out(frame)
         return b"".join(frames)
-
-    def _take(self, found: Iterable[Frame | Dropped]) -> None:
-        for item in found:
-            if isinstance(item, Dropped):
-                self._machine.drop(item)
-            else:
-                self._machine.take_frame(item)
-
-    def _run_due(self, now_ns: int) -> int:
-        """See `MachineConnection`."""
-        machine = self._machine
-        now_ns = max(now_ns, machine.now_ns)
-        while (deadline_ns := machine.next_deadline_ns()) is not None and deadline_ns <= now_ns:
-            machine.now_ns = deadline_ns
-            machine.expire_next()
-        machine.now_ns = now_ns
-        return now_ns
