@@ -15,7 +15,7 @@ the time of a call has happened before the call's bytes arrive.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from protocols.common.flagged_connection import FlaggedConnection
 from protocols.xrce.agent import AgentMachine
@@ -23,7 +23,7 @@ from protocols.xrce.client import ClientMachine
 from protocols.xrce.codes import BUILTIN_RELIABLE, OBJECT_AGENT, InfoMask
 from protocols.xrce.errors import LocalProtocolError
 from protocols.xrce.events import Event
-from protocols.xrce.framing import FrameReader
+from protocols.xrce.framing import Dropped, Frame, LineReader
 from protocols.xrce.machine import Counters
 from protocols.xrce.options import AgentOptions, ClientOptions
 from protocols.xrce.states import Action, AgentTrigger, ClientTrigger, Role, State, Table, Timer, Trigger
@@ -76,7 +76,7 @@ class Session(FlaggedConnection[State, Trigger, Action, Timer, Event, Counters])
         if options is None or isinstance(options, ClientOptions) is not (role is Role.CLIENT):
             raise LocalProtocolError(f"{type(options).__name__} are not the options of the {role.value}")
         self.role = role
-        self._reader = FrameReader(options.frames)
+        self._reader: LineReader = LineReader(options.frames)
         self._request_id = _FIRST_REQUEST - 1
         if isinstance(options, ClientOptions):
             self._machine = ClientMachine(options, table)
@@ -97,6 +97,15 @@ class Session(FlaggedConnection[State, Trigger, Action, Timer, Event, Counters])
     def mtu(self) -> int:
         """The longest message that is sent, in bytes; an agent's is what its client has said."""
         return self._machine.mtu
+
+    def receive_each(self, data: bytes, now_ns: int) -> Iterator[list[Event]]:
+        """As `receive`, the events of each frame by themselves: before the next one is handled, it can be answered."""
+        self._run_due(now_ns)
+        yield self._machine.fetch()
+        self._machine.counters.bytes_in += len(data)
+        for item in self._reader.receive(data):
+            self._take([item])
+            yield self._machine.fetch()
 
     def send(
         self, submessages: Submessage | Iterable[Submessage], now_ns: int, *, stream_id: int = BUILTIN_RELIABLE
@@ -184,6 +193,10 @@ class Session(FlaggedConnection[State, Trigger, Action, Timer, Event, Counters])
         self._take(self._reader.reset())
         self._machine.fire(self._of_role(ClientTrigger.LINE_DOWN, AgentTrigger.LINE_DOWN))
         return self._machine.fetch()
+
+    def _take(self, found: Iterable[Frame | Dropped]) -> None:
+        self._machine.framing = self._reader.framing
+        super()._take(found)
 
     def _of_role(self, of_client: Trigger, of_agent: Trigger) -> Trigger:
         return of_client if self.role is Role.CLIENT else of_agent

@@ -99,6 +99,20 @@ def test_an_agent_answers_to_the_address_that_asks():
     assert found.source == 0
 
 
+def test_a_session_keeps_the_address_that_it_was_asked_for_from():
+    """No CRC covers the addresses: one that came wrong must not take the session away from a client that only reads."""
+    agent = open_agent()
+    header = xrce.Header(session_id=0x81)
+    heard = xrce.encode_submessage(xrce.WriteData(**IDS, data=b""))
+    wrong = xrce.FramingOptions(local_address=4)
+    events = agent.receive(xrce.encode_frame(xrce.encode_message(header, heard), wrong), 1)
+    assert xrce.Received(stream_id=0, submessage=xrce.WriteData(**IDS, data=b"")) in events
+    assert agent.send(xrce.TopicData(**IDS, data=b""), 1)[1:3] == bytes((0, 0))
+    ping = xrce.encode_submessage(xrce.GetInfo(request_id=10, object_id=xrce.OBJECT_AGENT, info_mask=2))
+    (pong,) = agent.receive(xrce.encode_frame(xrce.encode_message(header, ping), wrong), 1)
+    assert pong.data[1:3] == bytes((0, 4))
+
+
 def test_a_client_with_properties_says_a_length_without_them():
     """As eProsima's does: CREATE_CLIENT_PAYLOAD_SIZE is 16 in any case (session_info_internal.h)."""
     asked = xrce.Client(client_key=KEY, session_id=0x81, mtu=512, properties=(("uxr_hl", "000100"),))
