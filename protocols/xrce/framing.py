@@ -30,6 +30,7 @@ __all__ = [
 _DEFAULTS = FramingOptions()
 _LENGTH_BYTES = 2
 _SUBHEADER_BYTES = 4
+_RESULT_BYTES = 2
 
 
 class FrameReader(flagged.FrameReader):
@@ -103,8 +104,8 @@ class LengthReader:
 class LineReader(flagged.FrameReader):
     """Finds frames in the framing of the options; where that may be either, in the one that is found first.
 
-    A line begins with lengths if the first of them leads to a message that begins a session or pings. Until that is
-    known, what a serial line would have had to drop is not reported.
+    A line begins with lengths if the first of them leads to a message that begins a session or pings, or to the answer
+    to that. Until that is known, what a serial line would have had to drop is not reported.
 
     Args:
         options: framing, limits and addresses.
@@ -161,12 +162,17 @@ class LineReader(flagged.FrameReader):
 
 
 def _begins(message: bytes) -> bool:
-    """A message begins with CREATE_CLIENT or GET_INFO, which are what a client says first."""
+    """A message begins as the first ones of either end do: it begins a session, or is a ping."""
     try:
         _, body = decode_header(message)
     except RemoteProtocolError:
         return False
-    begins = body[_SUBHEADER_BYTES:].startswith(COOKIE)
-    return (body[:1] == bytes((SubmessageId.CREATE_CLIENT,)) and begins) or (
-        len(body) > _SUBHEADER_BYTES and body[0] == SubmessageId.GET_INFO
-    )
+    payload = body[_SUBHEADER_BYTES:]
+    match body[0] if payload else None:
+        case SubmessageId.CREATE_CLIENT:
+            return payload.startswith(COOKIE)
+        case SubmessageId.STATUS_AGENT:
+            return payload[_RESULT_BYTES:].startswith(COOKIE)
+        case SubmessageId.GET_INFO | SubmessageId.INFO:
+            return True
+    return False

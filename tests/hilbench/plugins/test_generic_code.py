@@ -10,7 +10,7 @@ import hilbench
 
 ROOT = Path(hilbench.__file__).parent
 NAMES = re.compile(
-    r"p2os|\bsip\b|sonar|pioneer|\bpkt\b|rover|carla|autoware|bluepill|vehicle[-_ ]interface|car[-_]host"
+    r"p2os|\bxrce|\bsip\b|sonar|pioneer|\bpkt\b|rover|carla|autoware|bluepill|vehicle[-_ ]interface|car[-_]host"
     r"|hilbench\.systems(\.| import)",
     re.IGNORECASE,
 )

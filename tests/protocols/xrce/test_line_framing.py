@@ -20,6 +20,10 @@ PING = xrce.encode_message(
     xrce.Header(session_id=0x80),
     xrce.encode_submessage(xrce.GetInfo(request_id=10, object_id=xrce.OBJECT_AGENT, info_mask=2)),
 )
+ACCEPTED = xrce.encode_message(
+    xrce.Header(session_id=0x81),
+    xrce.encode_submessage(xrce.StatusAgent(status=xrce.Status.OK, agent=xrce.Agent())),
+)
 DATA = xrce.encode_message(
     xrce.Header(session_id=0x81), xrce.encode_submessage(xrce.WriteData(request_id=1, object_id=0x15, data=b"x"))
 )
@@ -62,6 +66,7 @@ def test_behind_a_message_that_is_too_long_nothing_is_found_until_the_line_is_re
     [
         (encode_frame(CREATE, LENGTH) + encode_frame(DATA, LENGTH), Framing.LENGTH, [CREATE, DATA]),
         (encode_frame(PING, LENGTH) + encode_frame(CREATE, LENGTH), Framing.LENGTH, [PING, CREATE]),
+        (encode_frame(ACCEPTED, LENGTH) + encode_frame(DATA, LENGTH), Framing.LENGTH, [ACCEPTED, DATA]),
         (encode_frame(CREATE) + encode_frame(DATA), Framing.SERIAL, [CREATE, DATA]),
         (encode_frame(DATA), Framing.SERIAL, [DATA]),
         (b"\x00\x00" + encode_frame(CREATE), Framing.SERIAL, [DropReason.NOISE, CREATE]),
