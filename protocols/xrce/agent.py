@@ -117,9 +117,8 @@ class AgentMachine(Machine):
                 self._adopt(self._client)
             case Action.ACCEPT | Action.REFUSE:
                 self._answer(StatusAgent(status=self._status, agent=Agent()), _header_for(self._client))
-            case Action.CONFIRM | Action.DENY:
-                status = Status.OK if action is Action.CONFIRM else Status.UNKNOWN_REFERENCE
-                said = StatusReply(request_id=self._request_id, object_id=OBJECT_CLIENT, status=status)
+            case Action.CONFIRM:  # also where there is no session, as Processor.cpp does: one that is gone is deleted
+                said = StatusReply(request_id=self._request_id, object_id=OBJECT_CLIENT, status=Status.OK)
                 self._answer(said, self._asked)
             case Action.FEED_SILENCE:
                 self.start(Timer.SILENCE, self._options.silence_s)

@@ -10,10 +10,10 @@
 What a client that does not read can make it keep is bounded: see `StreamOptions` and `AgentOptions`. As with `Session`,
 no bytes can make it raise anything.
 
-Results of CREATE, DELETE and failed requests go on the built-in reliable stream, as with eProsima's agent
-(Micro-XRCE-DDS-Agent, Processor.cpp); data on the stream that READ_DATA asks for. A request of a service has the
-identity of its sample before it (24 bytes: GUID, number), which comes back before the reply; a reply has the request's
-id and the requester's before it (Requester.cpp, Replier.cpp).
+A request on a reliable stream is answered on the built-in reliable one, any other on the built-in best-effort one, as
+with eProsima's agent (Micro-XRCE-DDS-Agent, Processor.cpp); data come on the stream that READ_DATA asks for. A request
+of a service has the identity of its sample before it (24 bytes: GUID, number), which comes back before the reply; a
+reply has the request's id and the requester's before it (Requester.cpp, Replier.cpp).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from protocols.state_machine import earliest
-from protocols.xrce.codes import BUILTIN_RELIABLE, InfoMask, Status
+from protocols.xrce.codes import BUILTIN_BEST_EFFORT, BUILTIN_RELIABLE, InfoMask, Status, is_reliable
 from protocols.xrce.descriptions import Profiles, Qos, TopicDescription
 from protocols.xrce.entities import Entities, Entity
 from protocols.xrce.errors import LocalProtocolError, StreamFullError
@@ -86,11 +86,12 @@ class ServiceCounters:
 
 @dataclass(slots=True)
 class _Line:
-    """What stands at a line: a session, and what its client has created."""
+    """What stands at a line: a session, what its client has created, and the stream that it is answered on now."""
 
     name: str
     session: Session
     entities: Entities | None = None
+    answers_on: int = BUILTIN_RELIABLE
 
 
 class AgentService:
@@ -213,6 +214,7 @@ class AgentService:
                     self._out.append((line.name, event.data))
                     continue
                 case Received():
+                    line.answers_on = BUILTIN_RELIABLE if is_reliable(event.stream_id) else BUILTIN_BEST_EFFORT
                     self._answer(line, event.submessage, now_ns)
                     continue
                 case SessionOpened():
@@ -299,7 +301,7 @@ class AgentService:
 
     def _say(self, line: _Line, said: Submessage, now_ns: int) -> None:
         try:
-            self._out.append((line.name, line.session.send(said, now_ns, stream_id=BUILTIN_RELIABLE)))
+            self._out.append((line.name, line.session.send(said, now_ns, stream_id=line.answers_on)))
         except LocalProtocolError:
             self.counters.unanswered += 1
 

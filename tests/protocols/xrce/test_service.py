@@ -391,6 +391,16 @@ def test_a_request_reaches_the_server_and_its_reply_the_one_who_asked(xml):
 # --- sessions
 
 
+@each(("asked_on", "answered_on"), [(0x80, 0x80), (0x81, 0x80), (1, 1), (0, 1)])
+def test_the_stream_of_an_answer(asked_on, answered_on):
+    star = connected("a")
+    asked = xrce.Create(request_id=10, object_id=PARTICIPANT, object=objects()[PARTICIPANT])
+    star.say("a", asked, stream_id=asked_on)
+    star.run(SECOND)
+    answer = xrce.StatusReply(request_id=10, object_id=PARTICIPANT, status=Status.OK)
+    assert star.heard["a"] == [(answered_on, answer)]
+
+
 @each("line", ["a", "b"])
 def test_the_same_client_again_has_nothing_of_what_it_had(line):
     star = connected("a", "b")
