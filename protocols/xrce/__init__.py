@@ -36,6 +36,7 @@ from protocols.xrce.codes import (
     is_reliable,
     kind_of,
     object_id,
+    with_kind,
 )
 from protocols.xrce.data import (
     Data,
@@ -415,4 +416,5 @@ __all__ = [
     "object_id",
     "pack_submessages",
     "split_submessages",
+    "with_kind",
 ]

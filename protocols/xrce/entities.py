@@ -1,7 +1,8 @@
 """What one client has created at its agent, and what its requests to create and delete lead to.
 
 Results are those of OMG DDS-XRCE 1.0, 7.8.3.2: an object of an id that is there already is an error, kept (`reuse`, if
-it is the same) or replaced. What an object belongs to has to be there; with it goes all that belongs to it.
+it is the same) or replaced. What an object belongs to has to be there; with it goes all that belongs to it. The kind in
+an id is that of what is meant, whatever a client writes there (7.8.3.1; Micro-XRCE-DDS-Agent, ProxyClient.cpp).
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from protocols.xrce.codes import ObjectKind, Status, kind_of
+from protocols.xrce.codes import ObjectKind, Status, with_kind
 from protocols.xrce.descriptions import (
     EndpointDescription,
     Profiles,
@@ -124,9 +125,8 @@ class Entities:
 
     def create(self, said: Create) -> Status:
         """Does what CREATE asks for; returns what it is answered with."""
-        if KIND_OF_OBJECT[type(said.object)] != kind_of(said.object_id):
-            return Status.INVALID_DATA
-        there = self.by_id.get(said.object_id)
+        object_id = with_kind(said.object_id, KIND_OF_OBJECT[type(said.object)])
+        there = self.by_id.get(object_id)
         if there is not None:
             if said.reuse and there.object == said.object:
                 return Status.OK_MATCHED
@@ -135,18 +135,17 @@ class Entities:
         elif len(self.by_id) >= self.options.max_objects:
             return Status.RESOURCES
         try:
-            made = self._make(said.object_id, said.object)
+            made = self._make(object_id, said.object)
         except UnknownProfileError:
             return Status.UNKNOWN_REFERENCE
         except RemoteProtocolError:
             return Status.INVALID_DATA
         if made is None:
             return Status.DENIED
-        kinds = _PARENTS.get(type(said.object), ())
-        if any(one not in self.by_id or kind_of(one) != kind for one, kind in zip(made.parents, kinds, strict=False)):
+        if any(parent not in self.by_id for parent in made.parents):
             return Status.UNKNOWN_REFERENCE
-        self.delete(said.object_id)
-        self.by_id[said.object_id] = made
+        self.delete(object_id)
+        self.by_id[object_id] = made
         self._enter(made)
         return Status.OK
 
@@ -200,10 +199,9 @@ class Entities:
         return None
 
     def _child(self, object_id: int, said: Object, *parents: int) -> Entity:
-        there = self.by_id.get(parents[0])
-        return Entity(
-            object_id=object_id, object=said, parents=parents, domain_id=0 if there is None else there.domain_id
-        )
+        ids = tuple(with_kind(one, kind) for one, kind in zip(parents, _PARENTS[type(said)], strict=False))
+        there = self.by_id.get(ids[0])
+        return Entity(object_id=object_id, object=said, parents=ids, domain_id=0 if there is None else there.domain_id)
 
     def _data_writer(self, object_id: int, said: DataWriter) -> Entity:
         asked = said.representation
@@ -239,7 +237,7 @@ class Entities:
         return made
 
     def _topic_of(self, object_id: int) -> TopicDescription | None:
-        there = self.by_id.get(object_id)
+        there = self.by_id.get(with_kind(object_id, ObjectKind.TOPIC))
         return None if there is None else there.topic
 
     def _writer(self, made: Entity, topic: TopicDescription, qos: Qos) -> Writer:

@@ -22,12 +22,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from protocols.state_machine import earliest
-from protocols.xrce.codes import BUILTIN_BEST_EFFORT, BUILTIN_RELIABLE, InfoMask, Status, is_reliable
+from protocols.xrce.codes import BUILTIN_BEST_EFFORT, BUILTIN_RELIABLE, InfoMask, Status, is_reliable, with_kind
 from protocols.xrce.descriptions import Profiles, Qos, TopicDescription
 from protocols.xrce.entities import Entities, Entity
 from protocols.xrce.errors import LocalProtocolError, StreamFullError
 from protocols.xrce.events import Event, Received, SessionClosed, SessionOpened, Transmit
-from protocols.xrce.objects import DataReader, DataWriter, Replier, Requester
+from protocols.xrce.objects import KIND_OF_OBJECT, DataReader, DataWriter, Replier, Requester
 from protocols.xrce.options import AgentOptions
 from protocols.xrce.reading import Reading
 from protocols.xrce.service_events import (
@@ -244,7 +244,8 @@ class AgentService:
             case Create():
                 status = entities.create(said)
                 if status is Status.OK:
-                    self._events.append(_created(line.name, entities.by_id[said.object_id]))
+                    made = entities.by_id[with_kind(said.object_id, KIND_OF_OBJECT[type(said.object)])]
+                    self._events.append(_created(line.name, made))
                 self._status(line, said, status, now_ns)
             case Delete():
                 status = entities.delete(said.object_id)

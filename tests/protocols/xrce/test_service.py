@@ -102,7 +102,6 @@ def test_the_bytes_of_data_are_those_of_the_writer_in_its_order():
 @each(
     ("representation", "expected"),
     [
-        ({"object_id": TOPIC}, Status.INVALID_DATA),
         ({"object_id": 0x21, "participant": xrce.AsXml(text="<dds>")}, Status.INVALID_DATA),
         ({"object_id": 0x21, "participant": xrce.AsXml(text="<!DOCTYPE dds><dds/>")}, Status.INVALID_DATA),
         ({"object_id": 0x21, "participant": xrce.ByReference(name="anything")}, Status.OK),
@@ -137,11 +136,21 @@ def test_what_an_object_belongs_to_has_to_be_there_and_takes_it_with_it(object_i
     assert said.status is Status.UNKNOWN_REFERENCE
 
 
-def test_a_parent_of_another_kind_is_none():
+def test_the_kind_in_an_id_is_that_of_what_is_meant():
     star = connected("a")
-    star.create_all("a")
-    wrong = xrce.Publisher(representation=xrce.PublisherBinary(), participant_id=TOPIC)
-    assert star.create("a", 0x23, wrong) is Status.UNKNOWN_REFERENCE
+    made = objects()
+    assert star.create("a", 0x10, made[PARTICIPANT]) is Status.OK
+    topic = xrce.Topic(representation=made[TOPIC].representation, participant_id=0x1F)
+    assert star.create("a", 0x1A, topic) is Status.OK
+    assert (
+        star.create("a", 0x10, xrce.Publisher(representation=xrce.PublisherBinary(), participant_id=0x10)) is Status.OK
+    )
+    writer = xrce.DataWriter(representation=xrce.DataWriterBinary(topic_id=0x10), publisher_id=0x10)
+    assert star.create("a", 0x10, writer) is Status.OK
+    assert [*star.agent.objects["a"]] == [PARTICIPANT, TOPIC, PUBLISHER, WRITER]
+    star.write("a", b"1")
+    star.run(SECOND)
+    assert star.of(xrce.SampleRouted)[0].topic == "rt/speed"
 
 
 @each(
