@@ -7,7 +7,7 @@ BIN  := $(VENV)/bin
 # Without its bytecode each of some hundred processes that the tests start compiles the whole product anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: check test lint types layers unit search bench soak mutants loss deadlines resync campaign docs clean
+.PHONY: check test lint types layers unit search bench soak mutants loss deadlines resync xrce-messages campaign docs clean
 
 check:            ## the main job: the virtual Pioneer against its conformance suites
 	@.ci/setup $(VENV)
@@ -92,6 +92,9 @@ loss: dev         ## what newlines cost a client of the rover (docs/pkt/loss.md)
 
 deadlines: dev    ## how exactly a vehicle-interface board keeps its deadlines (docs/carla/deadlines.md)
 	$(BIN)/python -m measure.deadlines
+
+xrce-messages: dev ## a million reliable samples through the agent of DDS-XRCE, on lines with faults; an hour
+	$(BIN)/python -m measure.xrce_messages
 
 resync: dev       ## what stray bytes cost a vehicle-interface board (docs/carla/resync.md)
 	$(BIN)/python -m measure.resync

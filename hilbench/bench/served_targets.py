@@ -22,8 +22,10 @@ class ServedTarget:
         lines: the rate of each of its lines, bit/s, by name.
         make: brings it to life at the far ends of these lines, and returns how to end it.
         source: its source in the journal, where it has one line alone; empty else.
+        may_be_open: nothing is missing where some of its lines lead nowhere.
     """
 
     lines: Mapping[str, int]
     make: Callable[[Bench, Mapping[str, Port]], Callable[[], None]]
     source: str = ""
+    may_be_open: bool = False

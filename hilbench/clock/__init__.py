@@ -1,6 +1,14 @@
 """Bench time, and the only place that knows the host's clock."""
 
-from hilbench.clock.host import HostClock, InputSource, MonotonicHostClock, ScaledHostClock, Stopwatch, wall_time_iso
+from hilbench.clock.host import (
+    HostClock,
+    InputSource,
+    MonotonicHostClock,
+    ScaledHostClock,
+    Stopwatch,
+    wall_time_iso,
+    wall_time_ns,
+)
 from hilbench.clock.interrupts import deferred_interrupts
 from hilbench.clock.lateness import LatenessMeter
 from hilbench.clock.pace import HEARTBEAT_NS, SLIP_THRESHOLD_NS, PaceListener
@@ -26,4 +34,5 @@ __all__ = [
     "Stopwatch",
     "deferred_interrupts",
     "wall_time_iso",
+    "wall_time_ns",
 ]

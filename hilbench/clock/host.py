@@ -121,3 +121,8 @@ class Stopwatch:
 def wall_time_iso() -> str:
     """Return the date and time of day in UTC, as ISO 8601, for the heading of a report."""
     return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+
+
+def wall_time_ns() -> int:
+    """Return the time since 1970 in UTC, in ns, for what tells others the time of day; never for verdicts."""
+    return time.time_ns()

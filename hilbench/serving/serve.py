@@ -76,7 +76,7 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
             _record_received(bench, target.source, *faulty.values())
         for line, there in doors.items():
             _announce(bench, there, outside[line], say, line if len(doors) > 1 else "", options)
-        for line in (line for line, there in doors.items() if not there):
+        for line in (line for line, there in doors.items() if not there and not target.may_be_open):
             end = line.rpartition(".")[2]
             say(f"{line} is connected to nothing; add --pty {end}=PATH or --tcp {end}=PORT")
         if bench_file.faults:

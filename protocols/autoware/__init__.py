@@ -17,10 +17,6 @@ from protocols.autoware.catalogue import (
 from protocols.autoware.connection import (
     Connection,
 )
-from protocols.autoware.crc import (
-    CRC_BYTES,
-    crc16,
-)
 from protocols.autoware.errors import (
     AutowareError,
     LocalProtocolError,
@@ -74,13 +70,13 @@ from protocols.autoware.payload import (
     payload_size,
 )
 from protocols.autoware.stand_in import (
-    ESCAPE,
-    FLAG,
+    CRC_BYTES,
     NOISE_RUN,
     Dropped,
     DropReason,
     Frame,
     FrameReader,
+    crc16,
     encode_frame,
     longest_frame,
 )
@@ -105,8 +101,6 @@ __all__ = [
     "AGENT_TABLE",
     "BOARD_TABLE",
     "CRC_BYTES",
-    "ESCAPE",
-    "FLAG",
     "MESSAGES",
     "MESSAGE_IDS",
     "NOISE_RUN",

@@ -15,8 +15,6 @@ What is due at or before the time of a call has happened before the call's bytes
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from protocols.autoware.catalogue import MESSAGES, Sender
 from protocols.autoware.errors import LocalProtocolError
 from protocols.autoware.events import Event
@@ -24,16 +22,16 @@ from protocols.autoware.machine import AgentMachine, BoardMachine, Counters
 from protocols.autoware.messages import Message
 from protocols.autoware.options import AgentOptions, BoardOptions
 from protocols.autoware.payload import UnknownMessage
-from protocols.autoware.stand_in import Dropped, Frame, FrameReader
+from protocols.autoware.stand_in import FrameReader
 from protocols.autoware.states import Action, AgentTrigger, Role, State, Table, Timer, Trigger
-from protocols.common.connection import MachineConnection
+from protocols.common.flagged_connection import FlaggedConnection
 
 __all__ = ["Connection"]
 
 _SENDER = {Role.AGENT: Sender.AGENT, Role.BOARD: Sender.BOARD}
 
 
-class Connection(MachineConnection[State, Trigger, Action, Timer, Event, Counters]):
+class Connection(FlaggedConnection[State, Trigger, Action, Timer, Event, Counters]):
     """One end of the line, in either role.
 
     Args:
@@ -68,22 +66,6 @@ class Connection(MachineConnection[State, Trigger, Action, Timer, Event, Counter
             self._machine = BoardMachine(options, table, epoch_ns)
         else:
             self._machine = AgentMachine(options, table)
-
-    @property
-    def held(self) -> int:
-        """Bytes of an unfinished frame or of noise that are kept; bounded."""
-        return self._reader.held
-
-    def receive(self, data: bytes, now_ns: int) -> list[Event]:
-        """Takes bytes that came in at `now_ns`; raises nothing whatever they are."""
-        self._run_due(now_ns)
-        self._machine.counters.bytes_in += len(data)
-        self._take(self._reader.receive(data))
-        return self._machine.fetch()
-
-    def next_deadline_ns(self) -> int | None:
-        """When `advance` has something to do, in ns of bench time; None if nothing is waited for."""
-        return self._machine.next_deadline_ns()
 
     def send(self, message: Message | UnknownMessage, now_ns: int) -> bytes:
         """The bytes of a message of the program's own, to be written to the line now.
@@ -124,20 +106,3 @@ class Connection(MachineConnection[State, Trigger, Action, Timer, Event, Counter
             self._take(self._reader.reset())
             self._machine.fire(AgentTrigger.LINE_DOWN)
         return self._machine.fetch()
-
-    def _take(self, found: Iterable[Frame | Dropped]) -> None:
-        for item in found:
-            if isinstance(item, Dropped):
-                self._machine.drop(item)
-            else:
-                self._machine.take_frame(item)
-
-    def _run_due(self, now_ns: int) -> int:
-        """See `MachineConnection`."""
-        machine = self._machine
-        now_ns = max(now_ns, machine.now_ns)
-        while (deadline_ns := machine.next_deadline_ns()) is not None and deadline_ns <= now_ns:
-            machine.now_ns = deadline_ns
-            machine.expire_next()
-        machine.now_ns = now_ns
-        return now_ns

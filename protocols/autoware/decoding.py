@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from protocols import autoware
 from protocols.common.decoding import Decoder, NoOptions, ReaderDecoder, Speaker, fields_of
+from protocols.common.flagged import frame_regions
 from protocols.common.items import Item, Kind
-from protocols.common.layout import Body, Region, laid_out
+from protocols.common.layout import Region
 
 __all__ = ["decoder", "regions"]
 
@@ -25,20 +26,7 @@ def decoder(options: NoOptions, speaker: Speaker) -> Decoder:
 def regions(raw: bytes, options: NoOptions, *, sent: bool) -> list[Region]:
     """Return the parts of a sound frame as it stands on the line, where an escaped byte takes two."""
     del options, sent
-    widths, at = [], 0
-    while at < len(raw):
-        widths.append(2 if raw[at] == autoware.ESCAPE else 1)
-        at += widths[-1]
-    frame = next(iter(autoware.FrameReader().receive(raw)))
-    if not isinstance(frame, autoware.Frame):
-        return laid_out(raw, [("unread", len(raw))])
-    middle = Body(frame.payload, autoware.decode_message, autoware.RemoteProtocolError).sizes("id")
-    plain = [("flag", 1), ("source", 1), ("remote", 1), ("length", 2), *middle, ("CRC", 2)]
-    parts, byte = [], 0
-    for name, count in plain:
-        parts.append((name, sum(widths[byte : byte + count])))
-        byte += count
-    return laid_out(raw, parts)
+    return frame_regions(raw, autoware.FramingOptions(), autoware.decode_message, autoware.RemoteProtocolError, "id")
 
 
 def _item(frame: autoware.Frame) -> Item:

@@ -33,7 +33,7 @@ from protocols.autoware.states import (
     Timer,
     Trigger,
 )
-from protocols.state_machine import StateMachine
+from protocols.common.flagged_connection import FlaggedMachine
 
 __all__ = ["AgentMachine", "BoardMachine", "Counters", "Machine"]
 
@@ -75,20 +75,8 @@ class Counters:
     ignored: int = 0
 
 
-_COUNTER_OF_DROP = {
-    DropReason.NOISE: "noise",
-    DropReason.CUT_SHORT: "cut_short",
-    DropReason.NOT_FOR_US: "not_for_us",
-    DropReason.BAD_LENGTH: "bad_lengths",
-    DropReason.BAD_CRC: "bad_crcs",
-    DropReason.BAD_BODY: "bad_bodies",
-}
-
-
-class Machine(StateMachine[State, Trigger, Action, Timer, Event, Counters]):
+class Machine(FlaggedMachine[State, Trigger, Action, Timer, Event, Counters]):
     """One end of the line."""
-
-    DROPS = _COUNTER_OF_DROP
 
     def __init__(self, table: Table, state: State, frames: FramingOptions) -> None:
         super().__init__(table, state, Counters(), timer_states=TIMER_STATES)
@@ -100,7 +88,6 @@ class Machine(StateMachine[State, Trigger, Action, Timer, Event, Counters]):
 
     def take_frame(self, frame: Frame) -> None:
         """Handles a sound frame."""
-        self.counters.frames_in += 1
         try:
             message = decode_message(frame.payload)
         except RemoteProtocolError:

@@ -5,35 +5,26 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from protocols.autoware.errors import LocalProtocolError
+from protocols.common.flagged import FlaggedOptions
 from protocols.common.options import check_positive
 
 __all__ = ["AgentOptions", "BoardOptions", "FramingOptions"]
 
-_MOST = 0xFFFF
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FramingOptions:
+class FramingOptions(FlaggedOptions):
     """How frames are made and found.
 
     Attributes:
-        local_address: of this end; 0 at both ends in the original (Micro-XRCE-DDS-Client, custom_transport.c).
+        local_address: of this end.
         remote_address: of the other end.
         max_payload: the largest payload, in bytes. 64 is a choice: the longest message has 29, and the original's
             client takes 512 (UXR_CONFIG_CUSTOM_TRANSPORT_MTU).
     """
 
-    local_address: int = 0
-    remote_address: int = 0
-    max_payload: int = 64
+    MISUSE = LocalProtocolError
 
-    def __post_init__(self) -> None:
-        """Checks the figures; LocalProtocolError names the wrong one."""
-        for name in ("local_address", "remote_address"):
-            if not 0 <= getattr(self, name) <= 0xFF:
-                raise LocalProtocolError(f"{name} {getattr(self, name)} is not 0..255")
-        if not 1 <= self.max_payload <= _MOST:
-            raise LocalProtocolError(f"max_payload {self.max_payload} is not 1..{_MOST}")
+    max_payload: int = 64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,7 +1,8 @@
 """DDS-XRCE, the protocol between a microcontroller's client and the agent that speaks DDS for it, without any I/O.
 
-Start at `Session` (one end of a serial line), `WriteData` and `TopicData` (what is said), `objects.py` (what a client
-creates), `states.py` (when), `streams.py` (what is sent again), `cdr` (the data themselves).
+Start at `Session` (one end of a line), `AgentService` (the agent with all its lines), `WriteData` and `TopicData` (what
+is said), `objects.py` (what a client creates), `states.py` (when), `streams.py` (what is sent again), `cdr` (the data
+themselves).
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ from protocols.xrce.codes import (
     is_reliable,
     kind_of,
     object_id,
+    with_kind,
 )
 from protocols.xrce.data import (
     Data,
@@ -44,6 +46,19 @@ from protocols.xrce.data import (
     SampleInfo,
     SampleSequence,
     format_of,
+)
+from protocols.xrce.descriptions import (
+    EndpointDescription,
+    Profiles,
+    Qos,
+    ServiceDescription,
+    TopicDescription,
+    UnknownProfileError,
+)
+from protocols.xrce.entities import (
+    Entities,
+    Entity,
+    Mismatch,
 )
 from protocols.xrce.errors import (
     LocalProtocolError,
@@ -72,6 +87,8 @@ from protocols.xrce.framing import (
     DropReason,
     Frame,
     FrameReader,
+    LengthReader,
+    LineReader,
     encode_frame,
     longest_frame,
 )
@@ -120,8 +137,13 @@ from protocols.xrce.options import (
     LEAST_MTU,
     AgentOptions,
     ClientOptions,
+    Framing,
     FramingOptions,
     StreamOptions,
+)
+from protocols.xrce.reading import (
+    UNLIMITED,
+    Reading,
 )
 from protocols.xrce.sequence import (
     BEFORE_FIRST,
@@ -129,8 +151,28 @@ from protocols.xrce.sequence import (
     ahead,
     is_newer,
 )
+from protocols.xrce.service import (
+    AgentService,
+    ServiceCounters,
+)
+from protocols.xrce.service_events import (
+    AgentEvent,
+    ClientEvent,
+    ObjectCreated,
+    ObjectDeleted,
+    RequestFailed,
+    SampleRouted,
+)
 from protocols.xrce.session import (
     Session,
+)
+from protocols.xrce.space import (
+    DataSpace,
+    Reader,
+    SampleIdentity,
+    Samples,
+    StoredSample,
+    Writer,
 )
 from protocols.xrce.states import (
     AGENT_TABLE,
@@ -210,14 +252,17 @@ __all__ = [
     "OBJECT_SESSION",
     "SUBMESSAGES",
     "TIMER_STATES",
+    "UNLIMITED",
     "VENDOR_EPROSIMA",
     "VERSION",
     "AckNack",
     "Action",
     "Agent",
     "AgentActivity",
+    "AgentEvent",
     "AgentMachine",
     "AgentOptions",
+    "AgentService",
     "AgentState",
     "AgentTime",
     "AgentTrigger",
@@ -227,6 +272,7 @@ __all__ = [
     "BestEffortOutput",
     "ByReference",
     "Client",
+    "ClientEvent",
     "ClientMachine",
     "ClientOptions",
     "ClientState",
@@ -242,6 +288,7 @@ __all__ = [
     "DataReaderBinary",
     "DataReaderQos",
     "DataSequence",
+    "DataSpace",
     "DataWriter",
     "DataWriterActivity",
     "DataWriterBinary",
@@ -250,12 +297,16 @@ __all__ = [
     "DeliveryControl",
     "DropReason",
     "Dropped",
+    "EndpointDescription",
+    "Entities",
+    "Entity",
     "Event",
     "Fragment",
     "Fragments",
     "Frame",
     "FrameDropped",
     "FrameReader",
+    "Framing",
     "FramingOptions",
     "GetInfo",
     "GroupQos",
@@ -265,39 +316,54 @@ __all__ = [
     "InfoMask",
     "InstanceState",
     "LargeLocator",
+    "LengthReader",
+    "LineReader",
     "LocalProtocolError",
     "Machine",
     "MediumLocator",
     "MessagesLost",
+    "Mismatch",
     "Numbered",
     "Object",
+    "ObjectCreated",
+    "ObjectDeleted",
     "ObjectKind",
     "PackedSamples",
     "Participant",
     "ParticipantBinary",
     "Pong",
+    "Profiles",
     "Properties",
     "Publisher",
     "PublisherBinary",
+    "Qos",
     "QosFlag",
     "QosProfile",
     "RawSubmessage",
     "ReadData",
     "ReadSpecification",
+    "Reader",
+    "Reading",
     "Received",
     "ReliableInput",
     "ReliableOutput",
     "RemoteProtocolError",
     "Replier",
     "ReplierBinary",
+    "RequestFailed",
     "Requester",
     "RequesterBinary",
     "Reset",
     "Role",
     "Sample",
+    "SampleIdentity",
     "SampleInfo",
+    "SampleRouted",
     "SampleSequence",
+    "Samples",
     "Senseless",
+    "ServiceCounters",
+    "ServiceDescription",
     "Session",
     "SessionClosed",
     "SessionOpened",
@@ -307,6 +373,7 @@ __all__ = [
     "Status",
     "StatusAgent",
     "StatusReply",
+    "StoredSample",
     "StreamFullError",
     "StreamOptions",
     "Streams",
@@ -324,11 +391,14 @@ __all__ = [
     "Topic",
     "TopicBinary",
     "TopicData",
+    "TopicDescription",
     "Transition",
     "Transmit",
     "Trigger",
     "Type",
+    "UnknownProfileError",
     "WriteData",
+    "Writer",
     "XrceError",
     "after",
     "ahead",
@@ -346,4 +416,5 @@ __all__ = [
     "object_id",
     "pack_submessages",
     "split_submessages",
+    "with_kind",
 ]

@@ -15,9 +15,9 @@ from protocols.xrce.codes import (
     has_client_key,
 )
 from protocols.xrce.events import CloseReason, SessionClosed, SessionOpened
-from protocols.xrce.framing import Frame
+from protocols.xrce.framing import Frame, encode_frame
 from protocols.xrce.machine import Machine
-from protocols.xrce.message import Header
+from protocols.xrce.message import Header, encode_message
 from protocols.xrce.objects import Agent, Client
 from protocols.xrce.options import LEAST_MTU, AgentOptions
 from protocols.xrce.states import AGENT_TABLE, Action, AgentState, AgentTrigger, Table, Timer, Trigger
@@ -37,6 +37,7 @@ from protocols.xrce.submessages import (
     Timestamp,
     TimestampReply,
     WriteData,
+    encode_submessage,
 )
 
 __all__ = ["AgentMachine"]
@@ -58,6 +59,7 @@ class AgentMachine(Machine):
         super().__init__(AGENT_TABLE if table is None else table, AgentState.LISTENING, options)
         self._options = options
         self._asked = Header(session_id=NO_SESSION)  # of the message that is handled
+        self._source = options.frames.remote_address  # likewise; no CRC covers it, so a session keeps its own
         self._client = Client(client_key=b"", session_id=NO_SESSION)
         self._again = False
         self._status = Status.OK
@@ -66,9 +68,8 @@ class AgentMachine(Machine):
         self._originate = Time()
 
     def take_frame(self, frame: Frame) -> None:
-        """Handles a sound frame; what is said from now on goes to its sender."""
-        if frame.source != self._frames.remote_address:
-            self._frames = replace(self._frames, remote_address=frame.source)
+        """Handles a sound frame."""
+        self._source = frame.source
         super().take_frame(frame)
 
     def take_message(self, header: Header, body: bytes) -> None:
@@ -115,15 +116,14 @@ class AgentMachine(Machine):
             case Action.ADOPT:
                 self._adopt(self._client)
             case Action.ACCEPT | Action.REFUSE:
-                self.reply(StatusAgent(status=self._status, agent=Agent()), _header_for(self._client))
-            case Action.CONFIRM | Action.DENY:
-                status = Status.OK if action is Action.CONFIRM else Status.UNKNOWN_REFERENCE
-                said = StatusReply(request_id=self._request_id, object_id=OBJECT_CLIENT, status=status)
-                self.reply(said, self._asked)
+                self._answer(StatusAgent(status=self._status, agent=Agent()), _header_for(self._client))
+            case Action.CONFIRM:  # also where there is no session, as Processor.cpp does: one that is gone is deleted
+                said = StatusReply(request_id=self._request_id, object_id=OBJECT_CLIENT, status=Status.OK)
+                self._answer(said, self._asked)
             case Action.FEED_SILENCE:
                 self.start(Timer.SILENCE, self._options.silence_s)
             case Action.ANSWER_PING:
-                self.reply(self._pong(), self._asked)
+                self._answer(self._pong(), self._asked)
             case Action.ANSWER_TIME:
                 now = Time.of_ns(self.clock_ns)
                 self.reply(TimestampReply(transmit=now, receive=now, originate=self._originate))
@@ -140,8 +140,14 @@ class AgentMachine(Machine):
             self.events.append(SessionClosed(reason=CloseReason.REPLACED))
         self._known_key = self.client_key = client.client_key
         self.session_id = client.session_id
+        self._frames = replace(self._frames, remote_address=self._source)
         mtu = self._options.mtu if client.mtu is None else client.mtu
         self.mtu = min(mtu, self._options.frames.max_payload)
+
+    def _answer(self, said: Submessage, header: Header) -> None:
+        """Answers whoever has asked just now, in a session or not."""
+        frames = replace(self._frames, remote_address=self._source)
+        self.transmit(encode_frame(encode_message(header, encode_submessage(said)), frames))
 
     def _pong(self) -> Info:
         """As of Micro-XRCE-DDS-Agent (Processor.cpp, process_get_info_submessage)."""

@@ -33,6 +33,7 @@ __all__ = [
     "is_reliable",
     "kind_of",
     "object_id",
+    "with_kind",
 ]
 
 COOKIE = b"XRCE"
@@ -162,6 +163,11 @@ def object_id(number: int, kind: ObjectKind) -> int:
 def kind_of(object_id: int) -> int:
     """The kind in an object's id, an `ObjectKind` if it is a known one."""
     return object_id & 0x0F
+
+
+def with_kind(object_id: int, kind: ObjectKind) -> int:
+    """The id with the number of this one, and this kind."""
+    return object_id & 0xFFF0 | kind
 
 
 def has_client_key(session_id: int) -> bool:

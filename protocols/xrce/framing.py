@@ -1,201 +1,178 @@
-"""Serial frames, and the reader that finds them in any stream of bytes.
+"""How messages stand on a line: in serial frames (`protocols.common.flagged`), or over TCP behind their length.
 
-    7E  source  destination  length low  length high  payload  CRC low  CRC high
-
-Behind the flag, each 7E and 7D is sent as 7D and the byte with bit 5 turned over: addresses, length and CRC as well.
-Length and CRC are those of the payload before that. So a flag always begins a frame, and a receiver that lost its place
-finds it at the next one (eProsima/Micro-XRCE-DDS-Client,
-src/c/profile/transport/stream_framing/stream_framing_protocol.c).
-
-What the reader promises:
-
-- every byte received is reported exactly once, in order, in a `Frame` or in a `Dropped`;
-- the results depend on the bytes only, never on how they were cut into pieces;
-- between calls it keeps at most one unfinished frame or `NOISE_RUN` bytes of noise;
-- the work is linear in the bytes received.
-
-As in the original's reader, a flag within a frame begins another one, also behind a 7D; a 7D is undone whatever follows
-it; a frame for another address or longer than the limit is passed over up to the next flag.
+The specification (OMG DDS-XRCE 1.0, Annex C.1.1.6) wants the CRC of RFC 1662 over addresses, length and payload in a
+serial frame; what clients and agents in use have instead is CRC-16/ARC over the payload alone. Over TCP there are 16
+bits of length before each message, low byte first, and nothing else (Micro-XRCE-DDS-Client,
+src/c/profile/transport/ip/tcp/tcp_transport.c).
 """
 
 from __future__ import annotations
 
-import enum
-from dataclasses import dataclass
+from protocols.common import flagged
+from protocols.common.flagged import NOISE_RUN, Dropped, DropReason, Frame
+from protocols.xrce.codes import COOKIE, SubmessageId
+from protocols.xrce.errors import RemoteProtocolError
+from protocols.xrce.message import decode_header
+from protocols.xrce.options import Framing, FramingOptions
 
-from protocols.xrce.crc import CRC_BYTES, crc16
-from protocols.xrce.errors import LocalProtocolError
-from protocols.xrce.options import FramingOptions
+__all__ = [
+    "NOISE_RUN",
+    "DropReason",
+    "Dropped",
+    "Frame",
+    "FrameReader",
+    "LengthReader",
+    "LineReader",
+    "encode_frame",
+    "longest_frame",
+]
 
-__all__ = ["NOISE_RUN", "DropReason", "Dropped", "Frame", "FrameReader", "encode_frame", "longest_frame"]
-
-NOISE_RUN = 256
-"""Noise is reported in runs of at most this many bytes."""
-
-_FLAG = b"\x7e"
-_ESCAPE = 0x7D
-_TURNED = 0x20
-_ADDRESS_BYTES = 2
-_HEADER_BYTES = 4
 _DEFAULTS = FramingOptions()
+_LENGTH_BYTES = 2
+_SUBHEADER_BYTES = 4
+_RESULT_BYTES = 2
+
+
+class FrameReader(flagged.FrameReader):
+    """Finds serial frames in a stream."""
+
+    def __init__(self, options: FramingOptions = _DEFAULTS) -> None:
+        super().__init__(options)
 
 
 def encode_frame(payload: bytes, options: FramingOptions = _DEFAULTS) -> bytes:
-    """The whole frame around a payload.
+    """The whole frame around a payload; a serial one where the framing is not known yet.
 
     Raises:
         LocalProtocolError: the payload is longer than the options allow.
     """
+    if options.framing is not Framing.LENGTH:
+        return flagged.encode_frame(payload, options)
     if len(payload) > options.max_payload:
-        raise LocalProtocolError(f"a payload of {len(payload)} bytes is longer than {options.max_payload}")
-    header = bytes((options.local_address, options.remote_address)) + len(payload).to_bytes(2, "little")
-    body = header + payload + crc16(payload).to_bytes(CRC_BYTES, "little")
-    return _FLAG + body.replace(b"\x7d", b"\x7d\x5d").replace(b"\x7e", b"\x7d\x5e")
+        raise options.MISUSE(f"a payload of {len(payload)} bytes is longer than {options.max_payload}")
+    return len(payload).to_bytes(_LENGTH_BYTES, "little") + payload
 
 
 def longest_frame(options: FramingOptions = _DEFAULTS) -> int:
-    """The size of the longest frame, in bytes: everything behind the flag escaped."""
-    return 1 + 2 * (_HEADER_BYTES + options.max_payload + CRC_BYTES)
+    """The size of the longest frame, in bytes."""
+    return flagged.longest_frame(options)
 
 
-class DropReason(enum.Enum):
-    """Why bytes did not become a message."""
-
-    NOISE = "no flag"
-    CUT_SHORT = "a flag within the frame"
-    NOT_FOR_US = "another destination address"
-    BAD_LENGTH = "length beyond the limit"
-    BAD_CRC = "wrong CRC"
-    BAD_BODY = "sound frame, senseless message"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Frame:
-    """A sound frame.
-
-    Attributes:
-        raw: as it stood on the wire.
-        source: the address of its sender.
-        payload: what it carries, unescaped.
-    """
-
-    raw: bytes
-    source: int
-    payload: bytes
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Dropped:
-    """Bytes that belong to no sound frame."""
-
-    reason: DropReason
-    data: bytes
-
-
-class FrameReader:
-    """Finds frames in a stream.
-
-    Args:
-        options: limits and addresses.
-    """
+class LengthReader:
+    """Finds messages behind their lengths; after one that is too long nothing is found any more, until a reset."""
 
     def __init__(self, options: FramingOptions = _DEFAULTS) -> None:
-        self._options = options
-        self._raw = bytearray()
-        self._body = bytearray()
-        self._wanted = 0  # bytes of the body when it is looked at next; 0 outside of a frame
-        self._escaped = False
-        self._found: list[Frame | Dropped] = []
+        self._most = options.max_payload
+        self._bytes = bytearray()
+        self._lost = False
 
     @property
     def held(self) -> int:
-        """Bytes of an unfinished frame or of noise that are kept; bounded."""
-        return len(self._raw)
+        """Bytes of an unfinished message; bounded."""
+        return len(self._bytes)
 
     def receive(self, data: bytes) -> list[Frame | Dropped]:
         """Takes bytes; returns what they complete, in order. Raises nothing."""
-        first, *others = data.split(_FLAG)
-        self._take(first)
-        for piece in others:
-            self._give_up()
-            self._raw += _FLAG
-            self._wanted = _ADDRESS_BYTES
-            self._take(piece)
-        found, self._found = self._found, []
+        self._bytes += data
+        found: list[Frame | Dropped] = []
+        at = 0
+        while not self._lost and len(self._bytes) >= at + _LENGTH_BYTES:
+            length = int.from_bytes(self._bytes[at : at + _LENGTH_BYTES], "little")
+            end = at + _LENGTH_BYTES + length
+            self._lost = length > self._most
+            if self._lost or len(self._bytes) < end:
+                break
+            raw = bytes(self._bytes[at:end])
+            found.append(Frame(raw=raw, source=0, payload=raw[_LENGTH_BYTES:]))
+            at = end
+        del self._bytes[:at]
+        if self._lost and self._bytes:
+            found += self._given_up(DropReason.BAD_LENGTH)
         return found
 
     def reset(self) -> list[Frame | Dropped]:
         """The line is gone: gives up what is unfinished, and returns it."""
-        self._give_up()
-        found, self._found = self._found, []
+        self._lost = False
+        return self._given_up(DropReason.CUT_SHORT)
+
+    def _given_up(self, reason: DropReason) -> list[Frame | Dropped]:
+        data = bytes(self._bytes)
+        self._bytes.clear()
+        return [Dropped(reason=reason, data=data)] if data else []
+
+
+class LineReader(flagged.FrameReader):
+    """Finds frames in the framing of the options; where that may be either, in the one that is found first.
+
+    A line begins with lengths if the first of them leads to a message that begins a session or pings, or to the answer
+    to that. Until that is known, what a serial line would have had to drop is not reported.
+
+    Args:
+        options: framing, limits and addresses.
+
+    Attributes:
+        framing: that of the line, as far as it is known.
+    """
+
+    def __init__(self, options: FramingOptions) -> None:
+        super().__init__(options)
+        self._line_options = options
+        self._lengths = LengthReader(options)
+        self._doubtful: list[Frame | Dropped] = []
+        self.framing = options.framing
+
+    @property
+    def held(self) -> int:
+        """Bytes of what is unfinished, or of noise; bounded."""
+        serial = 0 if self.framing is Framing.LENGTH else super().held
+        return serial + self._lengths.held + sum(len(one.data) for one in self._doubtful if isinstance(one, Dropped))
+
+    def receive(self, data: bytes, now_ns: int = 0) -> list[Frame | Dropped]:
+        """Takes bytes; returns what they complete, in order. Raises nothing."""
+        match self.framing:
+            case Framing.SERIAL:
+                return super().receive(data, now_ns)
+            case Framing.LENGTH:
+                return self._lengths.receive(data)
+        self._doubtful += super().receive(data, now_ns)
+        if any(isinstance(one, Frame) for one in self._doubtful):
+            return self._is(Framing.SERIAL)
+        found = self._lengths.receive(data)
+        if not found:
+            return []
+        if isinstance(found[0], Frame) and _begins(found[0].payload):
+            self._doubtful = found
+            return self._is(Framing.LENGTH)
+        return self._is(Framing.SERIAL)
+
+    def reset(self) -> list[Frame | Dropped]:
+        """The line is gone: gives up what is unfinished, and returns it; the next one may be of the other framing."""
+        found = self._lengths.reset() if self.framing is Framing.LENGTH else self._doubtful + super().reset()
+        options = self._line_options
+        super().__init__(options)
+        self._lengths, self._doubtful, self.framing = LengthReader(options), [], options.framing
         return found
 
-    def _take(self, piece: bytes) -> None:
-        """Takes bytes without a flag, as far as each look needs them."""
-        at = 0
-        while self._wanted and at < len(piece):
-            some = piece[at : at + self._wanted - len(self._body)]
-            at += len(some)
-            self._raw += some
-            self._unescape(some)
-            if len(self._body) == self._wanted:
-                self._look()
-        self._noise(piece[at:])
+    def _is(self, framing: Framing) -> list[Frame | Dropped]:
+        self.framing = framing
+        if framing is Framing.SERIAL:
+            self._lengths = LengthReader(self._line_options)
+        found, self._doubtful = self._doubtful, []
+        return found
 
-    def _unescape(self, some: bytes) -> None:
-        if not self._escaped and _ESCAPE not in some:
-            self._body += some
-            return
-        for byte in some:
-            if self._escaped:
-                self._body.append(byte ^ _TURNED)
-                self._escaped = False
-            elif byte == _ESCAPE:
-                self._escaped = True
-            else:
-                self._body.append(byte)
 
-    def _look(self) -> None:
-        """Judges the frame as far as it has come: its address, its length, all of it."""
-        body = self._body
-        if self._wanted == _ADDRESS_BYTES:
-            self._wanted = _HEADER_BYTES
-            if body[1] != self._options.local_address:
-                self._end(DropReason.NOT_FOR_US)
-            return
-        length = int.from_bytes(body[_ADDRESS_BYTES:_HEADER_BYTES], "little")
-        whole = _HEADER_BYTES + length + CRC_BYTES
-        if length > self._options.max_payload:
-            self._end(DropReason.BAD_LENGTH)
-        elif self._wanted < whole:
-            self._wanted = whole
-        else:
-            self._finish(bytes(body[_HEADER_BYTES : _HEADER_BYTES + length]))
-
-    def _finish(self, payload: bytes) -> None:
-        if crc16(payload) != int.from_bytes(self._body[-CRC_BYTES:], "little"):
-            self._end(DropReason.BAD_CRC)
-            return
-        self._found.append(Frame(raw=bytes(self._raw), source=self._body[0], payload=payload))
-        self._begin_anew()
-
-    def _noise(self, data: bytes) -> None:
-        self._raw += data
-        while not self._wanted and len(self._raw) >= NOISE_RUN:
-            self._found.append(Dropped(reason=DropReason.NOISE, data=bytes(self._raw[:NOISE_RUN])))
-            del self._raw[:NOISE_RUN]
-
-    def _give_up(self) -> None:
-        """Reports what stands there and is no frame."""
-        if self._raw:
-            self._end(DropReason.CUT_SHORT if self._wanted and len(self._raw) > 1 else DropReason.NOISE)
-
-    def _end(self, reason: DropReason) -> None:
-        self._found.append(Dropped(reason=reason, data=bytes(self._raw)))
-        self._begin_anew()
-
-    def _begin_anew(self) -> None:
-        self._raw.clear()
-        self._body.clear()
-        self._wanted = 0
-        self._escaped = False
+def _begins(message: bytes) -> bool:
+    """A message begins as the first ones of either end do: it begins a session, or is a ping."""
+    try:
+        _, body = decode_header(message)
+    except RemoteProtocolError:
+        return False
+    payload = body[_SUBHEADER_BYTES:]
+    match body[0] if payload else None:
+        case SubmessageId.CREATE_CLIENT:
+            return payload.startswith(COOKIE)
+        case SubmessageId.STATUS_AGENT:
+            return payload[_RESULT_BYTES:].startswith(COOKIE)
+        case SubmessageId.GET_INFO | SubmessageId.INFO:
+            return True
+    return False

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from protocols.state_machine import StateMachine
+from protocols.common.flagged_connection import FlaggedMachine
 from protocols.xrce.codes import NO_SESSION, NO_SESSION_WITH_KEY, NO_STREAM, has_client_key, is_reliable
 from protocols.xrce.errors import LocalProtocolError, RemoteProtocolError
 from protocols.xrce.events import Event, MessagesLost, Received, Senseless, StreamsReset
 from protocols.xrce.framing import Dropped, DropReason, Frame, encode_frame
 from protocols.xrce.message import Header, decode_header, encode_message, pack_submessages
-from protocols.xrce.options import AgentOptions, ClientOptions
+from protocols.xrce.options import AgentOptions, ClientOptions, Framing
 from protocols.xrce.states import TIMER_STATES, Action, State, Table, Timer, Trigger
 from protocols.xrce.streams import ReliableInput, Streams
 from protocols.xrce.submessages import (
@@ -28,7 +28,7 @@ from protocols.xrce.submessages import (
 
 __all__ = ["Counters", "Machine"]
 
-_SUBHEADER_BYTES = 4
+_SUBHEADER_BYTES = _ALIGNMENT = 4
 
 
 @dataclass(slots=True, kw_only=True)
@@ -74,17 +74,7 @@ class Counters:
     ignored: int = 0
 
 
-_COUNTER_OF_DROP = {
-    DropReason.NOISE: "noise",
-    DropReason.CUT_SHORT: "cut_short",
-    DropReason.NOT_FOR_US: "not_for_us",
-    DropReason.BAD_LENGTH: "bad_lengths",
-    DropReason.BAD_CRC: "bad_crcs",
-    DropReason.BAD_BODY: "bad_bodies",
-}
-
-
-class Machine(StateMachine[State, Trigger, Action, Timer, Event, Counters]):
+class Machine(FlaggedMachine[State, Trigger, Action, Timer, Event, Counters]):
     """One end of a session.
 
     Args:
@@ -99,7 +89,6 @@ class Machine(StateMachine[State, Trigger, Action, Timer, Event, Counters]):
         mtu: the longest message that may be sent, in bytes.
     """
 
-    DROPS = _COUNTER_OF_DROP
     OPEN: State
 
     def __init__(self, table: Table, state: State, options: ClientOptions | AgentOptions) -> None:
@@ -113,11 +102,20 @@ class Machine(StateMachine[State, Trigger, Action, Timer, Event, Counters]):
         self._of_session = False
         self.mtu = min(options.mtu, options.frames.max_payload)
 
+    @property
+    def framing(self) -> Framing:
+        """How messages stand on the line."""
+        return self._frames.framing
+
+    @framing.setter
+    def framing(self, framing: Framing) -> None:
+        if framing is not self._frames.framing:
+            self._frames = replace(self._frames, framing=framing)
+
     # --- what comes
 
     def take_frame(self, frame: Frame) -> None:
         """Handles a sound frame."""
-        self.counters.frames_in += 1
         try:
             header, body = decode_header(frame.payload)
         except RemoteProtocolError:
@@ -279,7 +277,7 @@ class Machine(StateMachine[State, Trigger, Action, Timer, Event, Counters]):
         """The frame of a submessage outside of any stream, by default in the session or, without one, in none."""
         if header is None:
             header = self.header() if self.state is self.OPEN else self.outer_header()
-        return encode_frame(encode_message(header, encode_submessage(said)), self._frames)
+        return self._framed(encode_message(header, encode_submessage(said)))
 
     def header(self, stream_id: int = NO_STREAM, sequence: int = 0) -> Header:
         """The header of a message of the session."""
@@ -293,7 +291,10 @@ class Machine(StateMachine[State, Trigger, Action, Timer, Event, Counters]):
         return Header(session_id=NO_SESSION)
 
     def _frame(self, stream_id: int, number: int, body: bytes) -> bytes:
-        return encode_frame(encode_message(self.header(stream_id, number), body), self._frames)
+        return self._framed(encode_message(self.header(stream_id, number), body))
+
+    def _framed(self, message: bytes) -> bytes:
+        return encode_frame(message, self._frames)
 
     # --- what both roles do
 
@@ -334,6 +335,10 @@ class Machine(StateMachine[State, Trigger, Action, Timer, Event, Counters]):
 
 
 def _fragments(body: bytes, size: int) -> Iterable[bytes]:
-    """Submessages in pieces of at most so many bytes, each of them a submessage itself."""
+    """Submessages in pieces of at most so many bytes, each of them a submessage itself.
+
+    All but the last are multiples of 4, so that nothing aligned is cut, whoever puts them together.
+    """
+    size -= size % _ALIGNMENT
     for at in range(0, len(body), size):
         yield encode_submessage(Fragment(data=body[at : at + size], last=at + size >= len(body)))

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import enum
 from dataclasses import dataclass, field
 
+from protocols.common.flagged import FlaggedOptions
 from protocols.common.options import check_positive
 from protocols.xrce.codes import NO_SESSION, NO_SESSION_WITH_KEY
 from protocols.xrce.errors import LocalProtocolError
 
-__all__ = ["LEAST_MTU", "AgentOptions", "ClientOptions", "FramingOptions", "StreamOptions"]
+__all__ = ["LEAST_MTU", "AgentOptions", "ClientOptions", "Framing", "FramingOptions", "StreamOptions"]
 
 _MOST = 0xFFFF
 _BITMAP_BITS = 16
@@ -17,28 +19,29 @@ LEAST_MTU = 36
 """Bytes of the shortest message that a session can do with: TIMESTAMP_REPLY with a client key in the header."""
 
 
+class Framing(enum.Enum):
+    """How messages stand on a line."""
+
+    SERIAL = "flags, escapes, CRC"
+    LENGTH = "a length of 16 bits before each, low byte first, as over TCP"
+    EITHER = "whichever the other end begins with"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FramingOptions:
-    """How serial frames are made and found.
+class FramingOptions(FlaggedOptions):
+    """How frames are made and found.
 
     Attributes:
-        local_address: of this end; 0 at both ends in the original (Micro-XRCE-DDS-Client, custom_transport.c).
-        remote_address: of the other end; an agent answers to the address that it was spoken to from last.
+        framing: how messages stand on the line; an agent may find it out.
+        local_address: of this end.
+        remote_address: of the other end; an agent answers to the address that asks, and keeps that for a session.
         max_payload: the largest payload, in bytes; by default whatever the length field can say, as in
             Micro-XRCE-DDS-Agent (config.hpp: SERVER_BUFFER_SIZE 65535).
     """
 
-    local_address: int = 0
-    remote_address: int = 0
-    max_payload: int = _MOST
+    MISUSE = LocalProtocolError
 
-    def __post_init__(self) -> None:
-        """Checks the figures; LocalProtocolError names the wrong one."""
-        for name in ("local_address", "remote_address"):
-            if not 0 <= getattr(self, name) <= 0xFF:
-                raise LocalProtocolError(f"{name} {getattr(self, name)} is not 0..255")
-        if not 1 <= self.max_payload <= _MOST:
-            raise LocalProtocolError(f"max_payload {self.max_payload} is not 1..{_MOST}")
+    framing: Framing = Framing.SERIAL
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,6 +129,11 @@ class AgentOptions:
         epoch_ns: what the agent's clock says at bench time 0, in ns; TIMESTAMP is answered by it.
         frames: how its frames are made and found.
         streams: how its streams repeat and what they keep.
+        max_objects: objects of one client; 256 is a choice.
+        history: samples that are kept for a reader, or for those that come later, whatever they ask for; 16 is a
+            choice.
+        max_history_bytes: of these samples; 65536 is a choice.
+        references: the profiles that clients refer to, as XML; see `protocols.xrce.descriptions.Profiles`.
     """
 
     mtu: int = 512
@@ -133,8 +141,12 @@ class AgentOptions:
     epoch_ns: int = 0
     frames: FramingOptions = field(default_factory=FramingOptions)
     streams: StreamOptions = field(default_factory=StreamOptions)
+    max_objects: int = 256
+    history: int = 16
+    max_history_bytes: int = 0x10000
+    references: str = ""
 
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
-        check_positive(LocalProtocolError, self, ("silence_s",))
+        check_positive(LocalProtocolError, self, ("silence_s", "max_objects", "history", "max_history_bytes"))
         _check_lengths(self.mtu, self.frames)

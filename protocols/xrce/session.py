@@ -15,15 +15,15 @@ the time of a call has happened before the call's bytes arrive.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
-from protocols.common.connection import MachineConnection
+from protocols.common.flagged_connection import FlaggedConnection
 from protocols.xrce.agent import AgentMachine
 from protocols.xrce.client import ClientMachine
 from protocols.xrce.codes import BUILTIN_RELIABLE, OBJECT_AGENT, InfoMask
 from protocols.xrce.errors import LocalProtocolError
 from protocols.xrce.events import Event
-from protocols.xrce.framing import Dropped, Frame, FrameReader
+from protocols.xrce.framing import Dropped, Frame, LineReader
 from protocols.xrce.machine import Counters
 from protocols.xrce.options import AgentOptions, ClientOptions
 from protocols.xrce.states import Action, AgentTrigger, ClientTrigger, Role, State, Table, Timer, Trigger
@@ -52,7 +52,7 @@ _MAY_SEND = {
 }
 
 
-class Session(MachineConnection[State, Trigger, Action, Timer, Event, Counters]):
+class Session(FlaggedConnection[State, Trigger, Action, Timer, Event, Counters]):
     """One end, in either role. An agent's end has one client at a time.
 
     Args:
@@ -76,7 +76,7 @@ class Session(MachineConnection[State, Trigger, Action, Timer, Event, Counters])
         if options is None or isinstance(options, ClientOptions) is not (role is Role.CLIENT):
             raise LocalProtocolError(f"{type(options).__name__} are not the options of the {role.value}")
         self.role = role
-        self._reader = FrameReader(options.frames)
+        self._reader: LineReader = LineReader(options.frames)
         self._request_id = _FIRST_REQUEST - 1
         if isinstance(options, ClientOptions):
             self._machine = ClientMachine(options, table)
@@ -98,16 +98,14 @@ class Session(MachineConnection[State, Trigger, Action, Timer, Event, Counters])
         """The longest message that is sent, in bytes; an agent's is what its client has said."""
         return self._machine.mtu
 
-    def receive(self, data: bytes, now_ns: int) -> list[Event]:
-        """Takes bytes that came in at `now_ns`; raises nothing whatever they are."""
+    def receive_each(self, data: bytes, now_ns: int) -> Iterator[list[Event]]:
+        """As `receive`, the events of each frame by themselves: before the next one is handled, it can be answered."""
         self._run_due(now_ns)
+        yield self._machine.fetch()
         self._machine.counters.bytes_in += len(data)
-        self._take(self._reader.receive(data))
-        return self._machine.fetch()
-
-    def next_deadline_ns(self) -> int | None:
-        """When `advance` has something to do, in ns of bench time; None if nothing is waited for."""
-        return self._machine.next_deadline_ns()
+        for item in self._reader.receive(data):
+            self._take([item])
+            yield self._machine.fetch()
 
     def send(
         self, submessages: Submessage | Iterable[Submessage], now_ns: int, *, stream_id: int = BUILTIN_RELIABLE
@@ -196,6 +194,10 @@ class Session(MachineConnection[State, Trigger, Action, Timer, Event, Counters])
         self._machine.fire(self._of_role(ClientTrigger.LINE_DOWN, AgentTrigger.LINE_DOWN))
         return self._machine.fetch()
 
+    def _take(self, found: Iterable[Frame | Dropped]) -> None:
+        self._machine.framing = self._reader.framing
+        super()._take(found)
+
     def _of_role(self, of_client: Trigger, of_agent: Trigger) -> Trigger:
         return of_client if self.role is Role.CLIENT else of_agent
 
@@ -210,20 +212,3 @@ class Session(MachineConnection[State, Trigger, Action, Timer, Event, Counters])
         for frame in frames:
             self._machine.count_out(frame)
         return b"".join(frames)
-
-    def _take(self, found: Iterable[Frame | Dropped]) -> None:
-        for item in found:
-            if isinstance(item, Dropped):
-                self._machine.drop(item)
-            else:
-                self._machine.take_frame(item)
-
-    def _run_due(self, now_ns: int) -> int:
-        """See `MachineConnection`."""
-        machine = self._machine
-        now_ns = max(now_ns, machine.now_ns)
-        while (deadline_ns := machine.next_deadline_ns()) is not None and deadline_ns <= now_ns:
-            machine.now_ns = deadline_ns
-            machine.expire_next()
-        machine.now_ns = now_ns
-        return now_ns

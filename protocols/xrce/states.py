@@ -120,7 +120,6 @@ class Action(enum.Enum):
     ACCEPT = "send STATUS_AGENT with OK"
     REFUSE = "send STATUS_AGENT with what is wrong"
     CONFIRM = "send STATUS of the deletion with OK"
-    DENY = "send STATUS of the deletion with UNKNOWN_REFERENCE"
     FEED_SILENCE = "wait for the next message"
     ANSWER_PING = "send INFO about the agent"
     ANSWER_TIME = "send TIMESTAMP_REPLY"
@@ -174,7 +173,7 @@ AGENT_TABLE: Table = MappingProxyType(
     {
         **{(state, _AT.BAD_CREATE): Transition(state, (_DO.REFUSE,)) for state in _A},
         **{(state, _AT.PING): Transition(state, (_DO.ANSWER_PING,)) for state in _A},
-        **{(state, _AT.STRAY_DELETE): Transition(state, (_DO.DENY,)) for state in _A},
+        **{(state, _AT.STRAY_DELETE): Transition(state, (_DO.CONFIRM,)) for state in _A},
         (_A.LISTENING, _AT.CREATE): Transition(_A.OPEN, _BEGINNING),
         (_A.OPEN, _AT.CREATE): Transition(_A.OPEN, (_DO.RESET_STREAMS, *_BEGINNING)),
         (_A.OPEN, _AT.DELETE): Transition(_A.LISTENING, (_DO.CONFIRM, _DO.RESET_STREAMS, _DO.REPORT_CLOSED)),

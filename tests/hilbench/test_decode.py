@@ -16,7 +16,7 @@ from hilbench.cli import main
 from hilbench.decode.sources import read_chunks
 from hilbench.journal import Journal
 from hilbench.plugins.discovery import PLUGINS
-from protocols import autoware, carla, p2os, pkt
+from protocols import autoware, carla, p2os, pkt, xrce
 from protocols.common.decoding import NoOptions
 from protocols.common.item_words import said
 from protocols.p2os.decoding import decoder as p2os_decoder
@@ -71,6 +71,46 @@ def test_the_stand_in_link_of_a_driving_stack(tmp_path, capsys):
     first = json.loads(capsys.readouterr().out.splitlines()[0])
     assert first["fields"]["stamp"] == "12.000000005"
     assert first["fields"]["jerk"] == "inf"
+
+
+@pytest.mark.parametrize("framing", [xrce.Framing.SERIAL, xrce.Framing.LENGTH])
+def test_a_line_of_micro_ros(tmp_path, capsys, framing):
+    def frame(*said, **header):
+        body = xrce.pack_submessages(map(xrce.encode_submessage, said))
+        message = xrce.encode_message(xrce.Header(**header), body)
+        return xrce.encode_frame(message, xrce.FramingOptions(framing=framing))
+
+    client = xrce.Client(client_key=b"\xaa\xbb\xcc\x7e", session_id=0x01, mtu=512)
+    topic = xrce.Topic(representation=xrce.TopicBinary(topic_name="rt/speed", type_name="F_"), participant_id=0x11)
+    key = {"session_id": 0x01, "client_key": client.client_key}
+    frames = [
+        frame(xrce.CreateClient(client=client), session_id=0, client_key=client.client_key),
+        frame(xrce.Create(request_id=10, object_id=0x12, object=topic), **key, stream_id=0x80),
+        frame(
+            xrce.WriteData(request_id=11, object_id=0x15, data=b"\1\2"),
+            xrce.Heartbeat(first_unacked=1, last_unacked=2, stream_id=0x80),
+            **key,
+            stream_id=0x80,
+            sequence=1,
+        ),
+        frame(xrce.RawSubmessage(id=99, flags=1, payload=b""), **key),
+    ]
+    capture = tmp_path / "capture.bin"
+    capture.write_bytes(b"".join(frames))
+    assert main(["decode", "xrce", "--input", "raw", str(capture)]) == 1
+    lines = [line[10:] for line in capsys.readouterr().out.splitlines()]
+    assert (
+        "CreateClient session=0 stream=0 sequence=0 client_key=AA BB CC 7E client=Client(client_key=aabbcc7e"
+        in lines[0]
+    )
+    assert "object=Topic(representation=TopicBinary(topic_name=rt/speed, type_name=F_), participant_id=17)" in lines[1]
+    assert "WriteData+Heartbeat session=1 stream=128 sequence=1" in lines[2]
+    assert "data_1=01 02 first_unacked_2=1" in lines[2]
+    assert "!! 99 is no submessage" in lines[3]
+    plugin = PLUGINS.get("xrce", "here")
+    names = [one.name for one in plugin.regions(frames[2], plugin.options(), sent=True)]
+    assert b"".join(one.data for one in plugin.regions(frames[2], plugin.options(), sent=True)) == frames[2]
+    assert {"session", "stream", "sequence", "client_key", "data_1", "last_unacked_2"} <= {*names}
 
 
 def test_the_line_of_a_simulator(tmp_path, capsys):

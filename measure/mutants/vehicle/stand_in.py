@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from measure.mutants.vehicle.mutant import VehicleMutant
-from protocols.autoware import FrameReader
-from protocols.autoware.crc import crc16
+from protocols.autoware import CRC_BYTES, FrameReader, crc16
 from targets.robots.vehicle_interface import VehicleInterface
 
 
 class _LooksAtNoCrc(FrameReader):
-    def _finish(self, payload, crc):
-        super()._finish(payload, crc16(payload))
+    def _finish(self, payload):
+        self._body[-CRC_BYTES:] = crc16(payload).to_bytes(CRC_BYTES, "little")
+        super()._finish(payload)
 
 
 class _BelievesTheLink(VehicleInterface):

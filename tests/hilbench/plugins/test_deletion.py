@@ -15,7 +15,8 @@ ROOT = Path(__file__).parents[3]
 KEPT = ("hilbench", "protocols", "targets", "worlds", "tests", "measure", "examples", "docs", "udev")
 NOT_THERE = ("protocols/p2os", "protocols/pkt", "protocols/carla", "protocols/autoware", "protocols/xrce")
 OURS = re.compile(
-    r"p2os|pioneer|\bpkt\b|rover|carla|autoware|vehicle[-_ ]interface|vehicle-|car[-_]host|hilbench\.(systems|suites)",
+    r"p2os|pioneer|xrce|\bpkt\b|rover|carla|autoware|vehicle[-_ ]interface|vehicle-|car[-_]host"
+    r"|hilbench\.(systems|suites)",
     re.IGNORECASE,
 )
 ALSO = (

@@ -12,7 +12,7 @@ from hilbench.errors import UsageError
 from hilbench.plugins.protocol import API, ProtocolPlugin
 from tests.hilbench.plugins.conftest import TINY
 
-OWN = ["autoware", "carla", "p2os", "pkt"]
+OWN = ["autoware", "carla", "p2os", "pkt", "xrce"]
 
 
 def refusal(act, *arguments):
@@ -76,7 +76,7 @@ def test_a_name_of_ours_is_not_taken_over(plugins, package):
 def test_what_is_not_there_is_refused_with_those_that_are(plugins):
     said = refusal(plugins.get, "p2so", "PROTOCOL")
     assert said == "PROTOCOL: no protocol 'p2so'; did you mean 'p2os'?"
-    assert "autoware, carla, p2os, pkt" in refusal(plugins.get, "modbus", "PROTOCOL")
+    assert "autoware, carla, p2os, pkt, xrce" in refusal(plugins.get, "modbus", "PROTOCOL")
 
 
 # --- files

@@ -19,9 +19,27 @@ def test_package():
     check_package(cdr)
 
 
+def _snippets():
+    return re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+
+
+def test_the_agent_in_the_docs_answers_a_ping():
+    _, text = _snippets()
+    client = xrce.Session(xrce.Role.CLIENT, xrce.ClientOptions(client_key=b"\1\2\3\4"))
+    written = []
+
+    class Port:
+        def write(self, data):
+            written.extend(client.receive(data, 0))
+
+    names = {"AgentService": xrce.AgentService, "came": client.ping(0), "now_ns": lambda: 0, "ports": {"board": Port()}}
+    exec(text, names)  # the documentation's own code
+    assert written == [xrce.Pong(in_session=False)]
+
+
 def test_the_client_in_the_docs_finds_an_agent_and_says_how_fast_it_is():
     """The snippet is a loop for ever; here its names are filled in so that it ends when it has spoken."""
-    (text,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    text, _ = _snippets()
     agent, events = xrce.Session(xrce.Role.AGENT), []
 
     class ExampleOver(Exception):  # noqa: N818 - not an error

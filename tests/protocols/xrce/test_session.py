@@ -99,6 +99,20 @@ def test_an_agent_answers_to_the_address_that_asks():
     assert found.source == 0
 
 
+def test_a_session_keeps_the_address_that_it_was_asked_for_from():
+    """No CRC covers the addresses: one that came wrong must not take the session away from a client that only reads."""
+    agent = open_agent()
+    header = xrce.Header(session_id=0x81)
+    heard = xrce.encode_submessage(xrce.WriteData(**IDS, data=b""))
+    wrong = xrce.FramingOptions(local_address=4)
+    events = agent.receive(xrce.encode_frame(xrce.encode_message(header, heard), wrong), 1)
+    assert xrce.Received(stream_id=0, submessage=xrce.WriteData(**IDS, data=b"")) in events
+    assert agent.send(xrce.TopicData(**IDS, data=b""), 1)[1:3] == bytes((0, 0))
+    ping = xrce.encode_submessage(xrce.GetInfo(request_id=10, object_id=xrce.OBJECT_AGENT, info_mask=2))
+    (pong,) = agent.receive(xrce.encode_frame(xrce.encode_message(header, ping), wrong), 1)
+    assert pong.data[1:3] == bytes((0, 4))
+
+
 def test_a_client_with_properties_says_a_length_without_them():
     """As eProsima's does: CREATE_CLIENT_PAYLOAD_SIZE is 16 in any case (session_info_internal.h)."""
     asked = xrce.Client(client_key=KEY, session_id=0x81, mtu=512, properties=(("uxr_hl", "000100"),))
@@ -165,7 +179,7 @@ def test_a_ping_of_a_client_whose_agent_was_restarted():
     assert said.implementation_status == 0
     farewell = frame(xrce.Delete(request_id=2, object_id=xrce.OBJECT_CLIENT))
     ((_, (said,)),) = said_in(agent.receive(farewell, 0))
-    assert said == xrce.StatusReply(request_id=2, object_id=xrce.OBJECT_CLIENT, status=Status.UNKNOWN_REFERENCE)
+    assert said == xrce.StatusReply(request_id=2, object_id=xrce.OBJECT_CLIENT, status=Status.OK)
     assert agent.receive(frame(xrce.WriteData(**IDS, data=b"?"), stream_id=0x80), 0) == []
     assert agent.counters.foreign == 3
 
@@ -309,7 +323,7 @@ def test_the_end_of_a_session_is_waited_for_and_no_other_answer():
 
 
 def test_a_session_has_ended_where_it_is_not_known_any_more():
-    """Its first DELETE was obeyed and the answer lost; that there is no such client answers the second."""
+    """Its first DELETE was obeyed and the answer lost; the second is answered as the first was."""
     client, agent = client_of(), open_agent()
     client.connect(0)
     client.receive(frame(xrce.StatusAgent(status=Status.OK, agent=xrce.Agent())), 0)
@@ -317,7 +331,7 @@ def test_a_session_has_ended_where_it_is_not_known_any_more():
     (again,) = [event for event in client.advance(SECOND + 1) if isinstance(event, xrce.Transmit)]
     (answer,) = agent.receive(again.data, SECOND + 1)
     ((_, (said,)),) = said_in([answer])
-    assert said.status is Status.UNKNOWN_REFERENCE
+    assert said.status is Status.OK
     assert xrce.SessionClosed(reason=CloseReason.DELETED) in client.receive(answer.data, SECOND + 1)
     assert client.state is ClientState.CLOSED
 

@@ -1,0 +1,48 @@
+"""What an agent on a bench is set to: every value with its unit and where it comes from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+__all__ = ["AgentSettings"]
+
+
+def _setting(default: Any, unit: str, source: str) -> Any:
+    return field(default=default, metadata={"unit": unit, "source": source})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AgentSettings:
+    """The agent as micro-ROS expects it, unless told otherwise.
+
+    Raises:
+        ValueError: a value makes no agent. The message begins with the name of the setting.
+    """
+
+    references: str = _setting("", "", "XML of the profiles that clients refer to, as eProsima's agent.refs; none")
+    silence_s: float | None = _setting(
+        None, "s", "none: a client that is silent for longer is lost; eProsima's agent keeps it for ever"
+    )
+    epoch_s: float | None = _setting(
+        None, "s", "what the agent's clock says at bench time 0; none: the host's when it is served, else 0"
+    )
+    history: int = _setting(16, "", "choice: samples that are kept for a reader that has not asked for them yet")
+    max_objects: int = _setting(256, "", "choice: objects of one client")
+
+    def __post_init__(self) -> None:
+        """Checks the figures."""
+        for name in ("silence_s", "history", "max_objects"):
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                raise ValueError(f"{name} {value} is not above 0")
+        if self.references:
+            self._check_references()
+
+    def _check_references(self) -> None:
+        from protocols.xrce import LocalProtocolError, Profiles  # takes its time
+
+        try:
+            Profiles(self.references)
+        except LocalProtocolError as error:
+            raise ValueError(str(error)) from None

@@ -1,0 +1,63 @@
+"""The agent as something that stands on a bench, and is served to clients that are not ours."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from hilbench.plugins.system import API, ModelKind, System
+from hilbench.systems.xrce_agent.settings import AgentSettings
+
+if TYPE_CHECKING:
+    from hilbench.bench import Bench
+    from hilbench.bench.served_targets import ServedTarget
+    from hilbench.benchfile.bench_file import BenchFile
+    from hilbench.links import Port
+
+__all__ = ["LINES", "XRCE_AGENT"]
+
+LINES = ("line1", "line2", "line3", "line4")
+"""Each takes one client."""
+
+
+class XrceAgent(System):
+    """See the module."""
+
+    api = API
+    name = "xrce-agent"
+    title = "XRCE agent"
+    summary = "the agent of micro-ROS: boards connect to it, and to each other through it"
+
+    def models(self) -> Mapping[str, ModelKind]:
+        """See `System`."""
+        from hilbench.systems.xrce_agent.protocol import BAUD
+
+        return {
+            self.name: ModelKind(settings=AgentSettings, protocol="DDS-XRCE", suites=(), baud=BAUD, lines=LINES),
+        }
+
+    def served(self, bench_file: BenchFile, *, scene: str | None, baud: int | None, seed: int) -> ServedTarget:
+        """See `System`; its clock is the host's, unless the bench file says otherwise."""
+        from hilbench.bench.devices import LinesActor
+        from hilbench.bench.served_targets import ServedTarget
+        from hilbench.clock import wall_time_ns
+        from hilbench.systems.xrce_agent.agent import agent_of, baud_of
+
+        del scene, seed
+        name, settings = next(
+            (name, target.settings)
+            for name, target in bench_file.targets.items()
+            if isinstance(target.settings, AgentSettings)
+        )
+
+        def make(bench: Bench, ports: Mapping[str, Port]) -> Callable[[], None]:
+            ends = {end.rpartition(".")[2]: port for end, port in ports.items()}
+            agent = agent_of(settings, LINES, epoch_ns=wall_time_ns() - bench.now_ns)
+            LinesActor(bench, agent, ends, name=name)
+            return lambda: None
+
+        lines = {f"{name}.{line}": baud or baud_of(bench_file, f"{name}.{line}") for line in LINES}
+        return ServedTarget(lines, make, may_be_open=True)
+
+
+XRCE_AGENT = XrceAgent()
