@@ -252,7 +252,7 @@ DEFECTS = (
         "!hil_in(x->high, number) || hil_in(x->active, number)",
         "true",
     ),
-    _nvic("a line that stays high is served once", "B3.4.1", "!hil_pend(cpu, number)", "true"),
+    _nvic("a line that stays high is served once", "B3.4.1", "if (hil_in(cpu->exceptions.high, number))", "if (!cpu)"),
     _nvic("STIR does nothing", "B3.4.10", "    hil_pend(cpu, FIRST_IRQ + (value & 0x1FF));\n", ""),
     _nvic("RETTOBASE when nested", "B3.2.4", "active == hil_in(x->active, value)", "active"),
     _nvic("a late arrival is told of by no one", "B1.5.4", "cpu->state.attention = cpu->state.changed = 1;", ""),

@@ -47,7 +47,7 @@ class _Watched:
         was_fast: whether there were many to be recorded.
         level: after the last edge that was to be recorded.
         last: the last three of them.
-        frames: begin and end of the serial frames that its next edges may belong to, in ns.
+        frames: the serial frames that its next edges may belong to.
         carries: whether there were any.
         wave: what it carries that is too fast for edges, and
         wave_ns: when that was recorded last.
@@ -61,7 +61,7 @@ class _Watched:
     was_fast: bool = False
     level: bool | None = None
     last: list[Edge] = field(default_factory=list)
-    frames: deque[tuple[int, int]] = field(default_factory=deque)
+    frames: deque[SerialFrame] = field(default_factory=deque)
     carries: bool = False
     wave: Wave | None = None
     wave_ns: int = 0
@@ -71,9 +71,14 @@ class _Watched:
         return [edge for edge in edges if not self._of_frame(edge)] if self.frames else edges
 
     def _of_frame(self, edge: Edge) -> bool:
-        while self.frames and self.frames[0][1] <= edge.ns:
+        while self.frames and self.frames[0].end_ns <= edge.ns:
             self.frames.popleft()
-        return bool(self.frames) and self.frames[0][0] <= edge.ns and edge.level is not None
+        return bool(self.frames) and self.frames[0].start_ns <= edge.ns and edge.level is not None
+
+    def forget_frames(self, ns: int) -> None:
+        """Forget what ended before `ns`, up to which all edges have been taken."""
+        while len(self.frames) > 1 and self.frames[1].start_ns <= ns:
+            self.frames.popleft()
 
     def take(self, edges: list[Edge]) -> None:
         self.count += len(edges)
@@ -129,15 +134,26 @@ class PinLog:
         if watched is not None:
             if not watched.pin.following:
                 watched.frames.clear()
-            begin_ns = frame.start_ns
-            watched.frames.append((begin_ns, frame.end_ns))
+            elif self._everything is None:
+                watched.pin.pass_over(len(frame.edge_bits()))
+            watched.frames.append(frame)
             if not watched.carries:
                 watched.carries = True
                 tell = partial(self._bench.record, "frames", self._name, pin=pin)
-                self._group.output(begin_ns, tell, order=EventClass.CONTROL, source=self._name, reacts=False)
+                self._group.output(frame.start_ns, tell, order=EventClass.CONTROL, source=self._name, reacts=False)
 
     def _next(self, when_ns: int, action: Callable[[], None]) -> None:
         self._bench.scheduler.at(when_ns, action, order=EventClass.CHECK, source=f"{self._name}.pins")
+
+    def _collect_all(self) -> None:
+        """Count those that were left out as well."""
+        now_ns = self._bench.now_ns
+        for watched in self._watched:
+            if watched.frames:
+                watched.seen += watched.pin.take_passed()
+        self._collect(now_ns)
+        for watched in self._watched:
+            watched.forget_frames(now_ns)
 
     def _collect(self, _reached_ns: int) -> None:
         taken = [(self._by_name[pin.name], edges) for pin, edges in self._pins.take_followed()]
@@ -165,7 +181,7 @@ class PinLog:
         return f"{self._name}.{watched.pin.name}"
 
     def _end_window(self) -> None:
-        self._collect(self._bench.now_ns)
+        self._collect_all()
         for watched in self._watched:
             span_ns = WINDOW_NS if watched.pin.following else LOOK_NS
             fast = watched.count * WINDOW_NS > SLOW_EDGES * span_ns
@@ -207,7 +223,7 @@ class PinLog:
 
     def _look_away(self) -> None:
         """Let go of the pins that are busy still."""
-        self._collect(self._bench.now_ns)
+        self._collect_all()
         for watched in self._watched:
             if watched.was_busy and watched.seen * WINDOW_NS > SLOW_EDGES * LOOK_NS:
                 watched.pin.follow(on=False)

@@ -1,13 +1,14 @@
 """An emulated microcontroller on its board: the run loop that ties CPU, events, interrupts and bench time together.
 
-The loop, between any two slices of instructions:
+Up to the limit the engine executes, takes exceptions, sleeps, and lets each event happen at its own cycle. Where
+something else may have to be done, time is halted, and the loop looks:
 
-1. everything that is due by now happens, each event at its own cycle;
+1. everything that is due by now happens;
 2. a reset that was asked for is carried out;
-3. a CPU that sleeps, or that waits for the flash, wakes up or lets time pass up to the next event;
-4. otherwise the CPU executes, and takes exceptions, up to the next event or the limit, whichever comes first.
+3. a CPU that waits for the flash, sleeps deeply or has locked up lets time pass up to the next event;
+4. otherwise the engine goes on.
 
-A slice is cut short when an access to a register makes an earlier event or changes the clock.
+A slice of instructions is cut short when an access to a register makes an earlier event or changes the clock.
 So nothing depends on how a run is cut into calls of `run_to`, and an outside event may be entered at any time that the
 machine has not reached.
 """
@@ -221,14 +222,14 @@ class Machine:
             or self._reset_cause is not None
             or self.core.locked_up is not None
             or self._watch.hopeless is not None
+            or self._look_at_fault
+            or self._deep is not None
         )
         self.core.go_by_steps(stalled or self._look_at_fault)
 
     def _step(self, limit: int) -> None:
-        """Do the next thing that there is to do before cycle `limit`."""
-        if self.time.run_due(self.engine.read_cycle()):
-            return  # with the clock, the cycle of the limit may have changed
-        if (self._is_usual or not self._did_unusual(limit)) and not (self.core.sleeping and self._sleep(limit)):
+        """Do what there is to do before cycle `limit`, at least the next thing."""
+        if self._is_usual or not (self.time.run_due(self.engine.read_cycle()) or self._did_unusual(limit)):
             self._execute(limit)
 
     def _did_unusual(self, limit: int) -> bool:
@@ -243,9 +244,13 @@ class Machine:
             self._hopeless(self._watch.hopeless)
         elif self._stalled_until > self.engine.cycle and self._runs_from_flash():
             self._pass_to(limit, self._stalled_until)
+        elif self._deep is not None:
+            self._sleep_deeply(limit, self._deep)
+        elif self._look_at_fault and self.core.sleeping and not self.core.wakes() and self._sleeps_for_ever():
+            pass
         else:
             if self._watch.hopeless is None and self._stalled_until <= self.engine.cycle:
-                self._halt()  # the stall is over
+                self._halt()  # that is over
             return False
         return True
 
@@ -263,44 +268,18 @@ class Machine:
     def _handle(self, stop: Stop) -> None:
         if stop.kind is StopKind.BREAKPOINT and stop.value == _SEMIHOSTING:
             self.semihosting.call()
+        elif stop.kind is StopKind.WFI:
+            self._enter_deep_sleep()
         else:
             self.core.handle(stop)
 
-    def _sleep(self, limit: int) -> bool:
-        """Wait for what wakes the CPU up; with SLEEPDEEP set, the chip's clocks stand still meanwhile.
-
-        Returns:
-            False if the engine has to go on: the CPU wakes, or SysTick or an event in C comes before all others.
-        """
-        if self._deep is None:
-            if self.core.wakes():
-                return False
-        elif not self._deep.is_standby and self.core.wakes():
-            self._leave_deep_sleep(self._deep)
+    def _sleep_deeply(self, limit: int, deep: DeepSleep) -> None:
+        """Wait for what ends Stop or Standby; the chip's clocks stand still meanwhile."""
+        if not deep.is_standby and self.core.wakes():
+            self._leave_deep_sleep(deep)
             self.core.wake()
-            return True
-        if self._look_at_fault and self._sleeps_for_ever():
-            return True
-        if self._deep is None and self.core.deep:
-            self._enter_deep_sleep()  # which changes the clock
-            return True
-        alarm, due = self.engine.alarm, self.time.next_cycle()
-        if self._deep is None and self.time.next_is_in_c(limit):
-            return False
-        if alarm < limit and (due is None or alarm < due):
-            return False
-        self._doze(min(limit, alarm))
-        return True
-
-    def _doze(self, limit: int) -> None:
-        """Let time pass from event to event while the CPU sleeps on: what `_step` after `_step` would do, in less time.
-
-        Whatever may need another step than that has said so by `_cut`.
-        """
-        time, engine = self.time, self.engine
-        reached = time.run_until(limit)
-        end = reached if reached is not None and time.halted else limit
-        engine.add_cycles(max(0, end - engine.cycle))
+        elif not (self._look_at_fault and self._sleeps_for_ever()):
+            self._pass_to(limit, limit)
 
     def _enter_deep_sleep(self) -> None:
         chip, mode = self.chip, self.chip.deep_sleep()
@@ -321,6 +300,7 @@ class Machine:
         self.chip.restart_clocks()
         self.core.hold_clocks(False)
         self._deep = None
+        self._halt()
 
     def _pass_to(self, limit: int, end: int) -> None:
         """Let time pass without instructions, up to the next event, `end` or `limit`."""
@@ -541,7 +521,6 @@ class Machine:
     def _connect(self) -> None:
         """Tie the callbacks of the parts together."""
         self.engine.live_in(self.time)
-        self.core.on_change = self._halt
         self.core.on_fault = self._fault
         self.core.itm.on_stimulus = self._stimulus
         self.core.trace_as_debugger()

@@ -153,6 +153,7 @@ class Pin:
         bonded: False if the package has no such pin: the pad is there, but nothing outside can reach it.
         recording: True while edges are kept for whoever holds the pin; see `record`.
         following: True while they are kept for who reads all pins; see `follow`.
+        passing: how many edges of the last serial frame are left out, unless somebody asks; see `pass_over`.
         nets: the wires that end here.
         outputs: signals that the pad carries while it is in an alternate function; the first that drives wins.
         inputs: signals that listen to the pad.
@@ -176,6 +177,7 @@ class Pin:
         "_listeners",
         "_mode",
         "_outside",
+        "_passed",
         "_pins",
         "_pull",
         "_reads_high",
@@ -194,6 +196,7 @@ class Pin:
         "nets",
         "on_wave",
         "outputs",
+        "passing",
         "recording",
         "wave",
     )
@@ -203,6 +206,7 @@ class Pin:
         self.bonded = bonded
         self.recording = False
         self.following = False
+        self.passing = 0
         self.nets: tuple[Net, ...] = ()
         self.outputs: tuple[PinOutput, ...] = ()
         self.inputs: tuple[PinInput, ...] = ()
@@ -229,6 +233,7 @@ class Pin:
         self._reads_high = False
         self._edges: list[Edge] = []
         self._followed: list[Edge] = []
+        self._passed = 0
         self._listeners: list[Callable[[int, int, bool | None], None]] = []
 
     # --- for the outside
@@ -307,6 +312,31 @@ class Pin:
         self.refresh()
         taken, self._followed = self._followed, []
         return taken
+
+    def pass_over(self, edges: int) -> None:
+        """Leave out the edges of a serial frame that has just begun, which whoever follows the pin does not want.
+
+        They come all the same where somebody else has to see them, or asks for the level before the end of the frame.
+
+        Args:
+            edges: how many the frame has.
+        """
+        self._passed += self.passing
+        self.passing = 0
+        if self._mode is not PadMode.AF_PUSH_PULL or self._sources or self.recording:
+            return
+        driving = [output for output in self.outputs if output.level is not None]
+        if len(driving) != 1 or len(driving[0].pins) != 1 or self.watch() is not Watch.RECORD:
+            return
+        pass_over = driving[0].pass_over
+        if pass_over is not None and pass_over():
+            self.passing = edges
+
+    def take_passed(self) -> int:
+        """Return how many edges were left out since this was called last; no more are of a frame that is under way."""
+        self.refresh()
+        passed, self._passed, self.passing = self._passed + self.passing, 0, 0
+        return passed
 
     def on_edge(self, callback: Callable[[int, int, bool | None], None]) -> None:
         """Have `callback(cycle, ns, level)` called at every edge from now on, while the chip stands at its cycle."""
@@ -489,6 +519,8 @@ class Pin:
         level = self._resolved()
         if level is not self._level:
             self._level = level
+            if cycle is not None:
+                self.passing = 0  # somebody has asked
             if self.following or self.recording or self._listeners:
                 self._tell_edge(self._pins.time.now if cycle is None else cycle, level)
         if (self._level is True and self._digital) is not self._reads_high:
@@ -679,7 +711,7 @@ class Pins:
         for bank in self.banks:
             bank.catch_up()
         for pin in self.with_outputs:
-            if pin.lazy and pin.following:
+            if pin.lazy and pin.following and not pin.passing:
                 pin.refresh()
         pins = [pin for pin in self.with_edges if pin.following]
         self.with_edges = [pin for pin in self.with_edges if not pin.following]

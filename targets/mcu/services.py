@@ -136,10 +136,13 @@ class OutputSignal(Protocol):
         refresh: brings level and record up to the present cycle, by `set_at` and `set`; None while they always are.
         on_watch: called after a change of what `watch` or `at_pin` return, when level and record are up to the present
             cycle.
+        pass_over: has the peripheral not tell of the edges of the serial frame that has just begun, unless `refresh` is
+            called before its end; returns whether that goes. None where there are no frames.
     """
 
     refresh: Callable[[], None] | None
     on_watch: Callable[[], None] | None
+    pass_over: Callable[[], bool] | None
 
     def set(self, level: bool | None) -> None:
         """Drive the signal from the present cycle on; None releases it."""

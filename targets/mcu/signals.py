@@ -27,7 +27,7 @@ class PinOutput:
         peers: the inputs of the same name inside the chip, if the signal stays there.
     """
 
-    __slots__ = ("_carried", "_refresh", "_watch", "level", "name", "on_watch", "peers", "pins", "wave")
+    __slots__ = ("_carried", "_refresh", "_watch", "level", "name", "on_watch", "pass_over", "peers", "pins", "wave")
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -37,6 +37,7 @@ class PinOutput:
         self.peers: tuple[PinInput, ...] = ()
         self._refresh: Callable[[], None] | None = None
         self.on_watch: Callable[[], None] | None = None
+        self.pass_over: Callable[[], bool] | None = None
         self._watch = Watch.NOBODY
         self._carried = False
 

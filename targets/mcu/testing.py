@@ -81,6 +81,7 @@ class FakeOutput:
         only_low: what `open_drain` answers; True at first.
         refresh: what the peripheral offers.
         on_watch: what the peripheral listens with.
+        pass_over: what it offers, if frames come from it.
     """
 
     def __init__(self, time: Timebase) -> None:
@@ -91,6 +92,7 @@ class FakeOutput:
         self._connected = True
         self.refresh: Callable[[], None] | None = None
         self.on_watch: Callable[[], None] | None = None
+        self.pass_over: Callable[[], bool] | None = None
         self._time = time
         self._watch = Watch.LIVE
 

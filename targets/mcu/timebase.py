@@ -26,7 +26,8 @@ __all__ = ["NS_PER_S", "Event", "Timebase"]
 
 NS_PER_S = 1_000_000_000
 
-_NOW, _NEXT, _NEXT_IS_HERE, _HALTED, _HAPPENED = range(5)  # fields of ``struct hil_time``
+_NOW, _NEXT, _HALTED = range(3)  # fields of ``struct hil_time``
+_HAPPEN = ctypes.PYFUNCTYPE(ctypes.c_bool, ctypes.c_int32)
 _NEVER = (1 << 64) - 1
 
 
@@ -84,7 +85,8 @@ class Timebase:
         self._epoch_cycle = 0
         self._epoch_s = Fraction(0)
         library = _library()
-        queue = library.hil_queue_new()
+        self._callback = _HAPPEN(self._happen)
+        queue = library.hil_queue_new(self._callback)
         if not queue:
             raise EngineError("there is no memory for a queue")
         self.queue = ctypes.c_void_p(queue)
@@ -95,8 +97,7 @@ class Timebase:
         self._enter: Callable[[int, int], int] = functools.partial(library.hil_queue_enter, self.queue)
         self._move: Callable[[int, int, int], None] = functools.partial(library.hil_queue_move, self.queue)
         self._leave: Callable[[int], None] = functools.partial(library.hil_queue_leave, self.queue)
-        self._due: Callable[[int], int] = functools.partial(library.hil_queue_due, self.queue)
-        self._before: Callable[[int], int] = functools.partial(library.hil_queue_before, self.queue)
+        self._due: Callable[[int], None] = functools.partial(library.hil_queue_due, self.queue)
         self._cut: Callable[[], None] = functools.partial(library.hil_queue_cut, self.queue)
         self._trouble: BaseException | None = None
         self._in_c: list[object] = []
@@ -111,7 +112,7 @@ class Timebase:
 
     @property
     def halted(self) -> bool:
-        """Whether `run_until`, and a run of the CPU, were told to go no further."""
+        """Whether a run of the CPU was told to let nothing more happen."""
         return bool(self._view[_HALTED])
 
     @halted.setter
@@ -205,11 +206,6 @@ class Timebase:
         cycle = self._view[_NEXT]
         return None if cycle == _NEVER else cycle
 
-    def next_is_in_c(self, before: int) -> bool:
-        """Say whether the next event is one in C, due earlier than a cycle: the engine sleeps over such by itself."""
-        view = self._view
-        return bool(view[_NEXT_IS_HERE]) and view[_NEXT] < before
-
     def run_due(self, cycle: int) -> bool:
         """Let everything happen that is due by `cycle`, each at its own; return whether anything was."""
         view = self._view
@@ -217,37 +213,20 @@ class Timebase:
             view[_NOW] = cycle
             self.raise_kept()
             return False
-        due = self._due
-        while (number := due(cycle)) >= 0:
-            self.raise_kept()
-            self._happen(number)
+        self._due(cycle)
         self.raise_kept()
         return True
 
-    def run_until(self, limit: int) -> int | None:
-        """Let everything happen that is due before `limit`, each at its own cycle; return the cycle of the last.
-
-        After a cycle at which `halted` was set, by whoever has made something that is not for this queue alone, nothing
-        more happens. None: nothing was due.
-        """
-        view, before = self._view, self._before
-        view[_HALTED] = view[_HAPPENED] = 0
-        while (number := before(limit)) >= 0:
-            self.raise_kept()
-            self._happen(number)
-        self.raise_kept()
-        if not view[_HAPPENED]:
-            return None
-        reached = view[_NOW]
-        if view[_HALTED]:
-            self.run_due(reached)
-        return reached
-
-    def _happen(self, number: int) -> None:
-        event = self._events.pop(number)
-        action, event.action = event.action, None
-        assert action is not None
-        action()
+    def _happen(self, number: int) -> bool:
+        try:
+            event = self._events.pop(number)
+            action, event.action = event.action, None
+            assert action is not None
+            action()
+        except BaseException as trouble:  # noqa: BLE001 - ctypes would swallow it
+            self.keep(trouble)
+            return False
+        return True
 
     def cut(self) -> None:
         """End the run of the CPU after the instruction in flight."""
@@ -284,13 +263,12 @@ def _library() -> Any:
     """Return the library, with the functions of the queue declared, called with Python's lock held."""
     library: Any = with_lock_held()
     pointer, number, cycle = ctypes.c_void_p, ctypes.c_int32, ctypes.c_uint64
-    library.hil_queue_new.argtypes, library.hil_queue_new.restype = (), pointer
+    library.hil_queue_new.argtypes, library.hil_queue_new.restype = (_HAPPEN,), pointer
     library.hil_queue_free.argtypes, library.hil_queue_free.restype = (pointer,), None
     library.hil_time_of.argtypes, library.hil_time_of.restype = (pointer,), pointer
     library.hil_queue_enter.argtypes, library.hil_queue_enter.restype = (pointer, cycle, number), number
     library.hil_queue_move.argtypes, library.hil_queue_move.restype = (pointer, number, cycle, number), None
     library.hil_queue_leave.argtypes, library.hil_queue_leave.restype = (pointer, number), None
     library.hil_queue_cut.argtypes, library.hil_queue_cut.restype = (pointer,), None
-    for due in (library.hil_queue_due, library.hil_queue_before):
-        due.argtypes, due.restype = (pointer, cycle), number
+    library.hil_queue_due.argtypes, library.hil_queue_due.restype = (pointer, cycle), None
     return library

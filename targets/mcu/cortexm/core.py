@@ -88,7 +88,6 @@ class Core:
         locked_up: how the core came to stop for good, or None.
         last_fault: the last fault since the core was made, or None.
         on_fault: called with every fault, before its handler runs.
-        on_change: called when something from outside of a program could have become takeable or woken the CPU.
     """
 
     def __init__(self, cpu: CoreEngine, services: Services, kind: CoreKind = CORTEX_M3) -> None:
@@ -125,8 +124,6 @@ class Core:
         self.last_fault: Fault | None = None
         self._on_running: Callable[[int], None] | None = None
         self.on_fault: Callable[[Fault], None] = lambda _fault: None
-        self.on_change: Callable[[], None] = lambda: None
-        self.exceptions.on_change = self._changed
         self.scb.on_trace = self.dwt.gate
         self.scb.on_traps = lambda division, unaligned: cpu.set_traps(division=division, unaligned=unaligned)
         self._traced = False
@@ -170,7 +167,6 @@ class Core:
     def receive_event(self) -> None:
         """Take a pulse of the event input (RXEV), which the chip has besides its interrupts: for WFE."""
         self._kept.event = True
-        self.on_change()
 
     def reset(self, vector_base: int, *, power_on: bool = False) -> None:
         """Start anew: stack pointer and PC from the vector table.
@@ -483,9 +479,6 @@ class Core:
         )
 
     # --- what the rest asks often
-
-    def _changed(self) -> None:
-        self.on_change()
 
     def _masks(self) -> tuple[int, int, int]:
         get = self._cpu.get

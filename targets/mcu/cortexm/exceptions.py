@@ -67,8 +67,6 @@ class Exceptions:
         lines: the interrupt inputs.
         kept: ``struct hil_exceptions``.
         priorities: configured priority of each exception number.
-        on_change: called after every change from outside of a program that could let an exception be taken, whatever
-            the mask registers say, or wake a sleeping CPU.
     """
 
     def __init__(self, engine: CoreEngine, irq_count: int, priority_bits: int) -> None:
@@ -77,7 +75,6 @@ class Exceptions:
         self.lines = [Line(self, Number.FIRST_IRQ + irq) for irq in range(irq_count)]
         self.kept = engine.exceptions
         self.priorities = self.kept.priorities
-        self.on_change: Callable[[], None] = lambda: None
         self.reset = engine.asking("hil_reset_exceptions")
         self._pend = engine.asking("hil_pend")
         self._drive = engine.asking("hil_drive_line")
@@ -89,7 +86,7 @@ class Exceptions:
 
     def set_grouping(self, prigroup: int) -> None:
         """Split priorities at bit `prigroup` (0 to 7): bits above it are the group (DDI0403 table B1-6)."""
-        self._change("hil_set_grouping", prigroup)
+        self._ask("hil_set_grouping", prigroup)
 
     def group_priority(self, priority: int) -> int:
         """Return the part of a priority that decides over preemption; negative priorities are not grouped."""
@@ -97,7 +94,7 @@ class Exceptions:
 
     def set_priority(self, number: int, priority: int) -> None:
         """Configure the priority of an exception, 0 to 255; bits that are not implemented read as zero."""
-        self._change("hil_set_priority", number, priority)
+        self._ask("hil_set_priority", number, priority)
 
     def boosted(self, primask: int, basepri: int, faultmask: int) -> int:
         """Return the priority to which the mask registers raise execution (DDI0403 ``ExecutionPriority``)."""
@@ -122,24 +119,23 @@ class Exceptions:
 
     def pend(self, number: int) -> None:
         """Make an exception pending."""
-        if self._pend(number):
-            self.on_change()
+        self._pend(number)
 
     def unpend(self, number: int) -> None:
         """Take back the pending state; an inactive interrupt whose line is high stays pending."""
-        self._change("hil_unpend", number)
+        self._ask("hil_unpend", number)
 
     def enable(self, number: int) -> None:
         """Let an exception be taken."""
-        self._change("hil_enable", number)
+        self._ask("hil_enable", number)
 
     def disable(self, number: int) -> None:
         """Keep an exception from being taken; if it is active it stays so."""
-        self._change("hil_disable", number)
+        self._ask("hil_disable", number)
 
     def set_active(self, number: int, active: bool) -> None:
         """Set the active state as a write to SHCSR does, without its consequences."""
-        self._change("hil_set_active", number, active)
+        self._ask("hil_set_active", number, active)
 
     def is_active(self, number: int) -> bool:
         """Say whether the handler of an exception has begun and not returned."""
@@ -155,8 +151,7 @@ class Exceptions:
 
     def line_changed(self, number: int, level: bool) -> None:
         """Take the new level of an interrupt line."""
-        if self._drive(number, level):
-            self.on_change()
+        self._drive(number, level)
 
     # --- as registers
 
@@ -168,13 +163,7 @@ class Exceptions:
 
     def write_word(self, offset: int, value: int) -> bool:
         """Write one; return False if it is none, or STIR with the number of no interrupt."""
-        written = self._ask("hil_scs_write", offset, 4, value)
-        self.on_change()
-        return bool(written)
-
-    def _change(self, function: str, *arguments: int) -> None:
-        if self._ask(function, *arguments):
-            self.on_change()
+        return bool(self._ask("hil_scs_write", offset, 4, value))
 
 
 def _is_in(numbers: object, number: int) -> bool:

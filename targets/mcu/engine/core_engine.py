@@ -37,15 +37,11 @@ _LIMIT = Stop(StopKind.LIMIT)
 _PLAIN = (StopKind.LIMIT, StopKind.WFI, StopKind.WFE, StopKind.SEV, StopKind.STEP)
 _PLAIN_STOPS = tuple(Stop(kind) if kind in _PLAIN else None for kind in _STOPS)
 # How many numbers functions of nvic.c and entry.c take: those that say whether, that return a trouble, and the others.
-_SAY_WHETHER = {
-    **dict.fromkeys(("hil_pend", "hil_unpend", "hil_enable", "hil_disable", "hil_set_grouping"), 1),
-    **dict.fromkeys(("hil_set_active", "hil_drive_line", "hil_set_priority"), 2),
-    "hil_can_take": 0,
-    "hil_wakes": 0,
-    "hil_scs_write": 3,
-}
+_SAY_WHETHER = {"hil_can_take": 0, "hil_wakes": 0, "hil_scs_write": 3}
 _STEPS = {"hil_take": 0, "hil_stack": 0, "hil_act": 2, "hil_systick_lanes": 1}
 _OTHERS = {
+    **dict.fromkeys(("hil_pend", "hil_unpend", "hil_enable", "hil_disable", "hil_set_grouping"), 1),
+    **dict.fromkeys(("hil_set_active", "hil_drive_line", "hil_set_priority"), 2),
     "hil_reset_exceptions": 0,
     "hil_set_up_exceptions": 2,
     "hil_wake": 0,
@@ -199,6 +195,7 @@ class CoreEngine:
     def live_in(self, time: Timebase) -> None:
         """Let this core live in the time of a chip: the events there end its runs, or happen in them."""
         time.keep_alive(self)
+        self._callers.append(time)
         self._raise_kept = time.raise_kept
         self._library.hil_join(self._core, time.queue)
 
@@ -307,14 +304,13 @@ class CoreEngine:
         return self._call(self._library.hil_run, limit_cycle, limit_instructions, skip)
 
     def go(self, limit_cycle: int, *, skip: Skip = Skip.NOTHING) -> Stop:
-        """Execute up to `limit_cycle`, take exceptions and return from them, or stop where the core sleeps.
+        """Execute up to `limit_cycle`, take exceptions and return from them, sleep, and let happen what is due.
 
         Returns:
-            LIMIT also if it sleeps. FAULT, BREAKPOINT and TROUBLE are for somebody else, STEP comes if
-            ``exceptions.by_steps`` asks for it; nothing else.
+            LIMIT also where the time is halted. FAULT, BREAKPOINT and TROUBLE are for somebody else, WFI is a deep
+            sleep, STEP comes if ``exceptions.by_steps`` asks for it; nothing else.
         """
-        stop = self._call(self._library.hil_go, limit_cycle, None, skip)
-        return _LIMIT if stop.kind is StopKind.WFI else stop
+        return self._call(self._library.hil_go, limit_cycle, None, skip)
 
     def _call(self, function: Any, limit_cycle: int, limit_instructions: int | None, skip: Skip) -> Stop:
         self._state.skip = skip

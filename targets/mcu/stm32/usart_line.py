@@ -168,11 +168,11 @@ class UsartLine(BlockInC):
         """Let a bit take so many cycles from now on; return whether that moves the end of what is being sent."""
         line, now, before = self.line, self._time.now, self._bit_cycles
         self._bit_cycles = bit_cycles
-        sends = line.sending != Sending.NOTHING and bit_cycles != self._sent.rate(line.begun, before)
-        if sends:
-            self._sent.change(now, bit_cycles)
-        else:
+        sends = False
+        if line.sending == Sending.NOTHING:
             self._sent.forget()
+        elif sends := bit_cycles != self._sent.rate(line.begun, before):
+            self._sent.change(now, bit_cycles)
         self._quiet.rate(line.quiet_from, before)
         self._quiet.change(now, bit_cycles)
         numerator, denominator = bit_cycles.numerator, bit_cycles.denominator

@@ -11,6 +11,8 @@ from targets.mcu.timebase import Event, Timebase
 
 __all__ = ["Transmitter"]
 
+_ENDS = int(Tell.ENDS)  # every frame sets it: flags of an enumeration take longer than the rest
+
 
 class Transmitter:
     """Puts the levels of frames on an output.
@@ -37,6 +39,7 @@ class Transmitter:
         self._line = line
         self._kept = line.line
         self._edges: list[tuple[int, bool]] = []
+        self._passes_over = False  # the last frame, as far as nobody has asked
         self._edge_event: Event | None = None
         line.handlers[News.END] = lambda _value, _more: self._finish_edges()
         line.handlers[News.IDLE_LEVEL] = lambda _value, _more: self.show_idle()
@@ -45,6 +48,7 @@ class Transmitter:
     def _connect(self) -> None:
         self._output.refresh = self.refresh
         self._output.on_watch = self._watch_changed
+        self._output.pass_over = self._pass_over
 
     # --- what the registers do
 
@@ -52,7 +56,7 @@ class Transmitter:
         """Let the level go to another output; not in mid-frame."""
         if output is self._output:
             return
-        self._output.refresh = self._output.on_watch = None
+        self._output.refresh = self._output.on_watch = self._output.pass_over = None
         self._output.set(None)
         self._output = output
         self._connect()
@@ -102,6 +106,9 @@ class Transmitter:
     def begin(self) -> None:
         """Follow a frame that begins."""
         self._edges = []
+        if self._passes_over:
+            self._passes_over = False
+            self._kept.tells |= _ENDS
         self._follow_edges()
 
     def frame(self) -> SerialFrame:
@@ -123,13 +130,21 @@ class Transmitter:
         kept = self._kept
         if kept.frame_is_new:
             kept.frame_is_new = False
-            kept.tells |= Tell.ENDS
+            kept.tells |= _ENDS
             self._edges = [(16 * bit, level) for bit, level in edge_bits(kept.frame_bits, kept.frame_count)]
         elif not self._edges:
             return
         now = self._time.now
         while self._edges and (cycle := self._line.sent_at(self._edges[0][0])) <= now:
             self._output.set_at(cycle, self._edges.pop(0)[1] is not self.inverted)
+
+    def _pass_over(self) -> bool:
+        kept = self._kept
+        if not kept.frame_is_new or kept.half_duplex:
+            return False
+        self._passes_over = True
+        kept.tells &= ~_ENDS
+        return True
 
     def _watch_changed(self) -> None:
         self.tell_frames()

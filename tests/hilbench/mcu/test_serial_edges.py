@@ -15,6 +15,7 @@ from hilbench.mcu.command_line import open_target
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.serving.run import RunOptions, run
 from hilbench.terminal.console import Console
+from targets.mcu.pins import Pin
 
 IMAGES = Path(__file__).parents[3] / "targets/firmware/images"
 
@@ -62,6 +63,21 @@ def test_a_line_without_rest_is_no_fast_pin(tmp_path):
     events = Journal.read(tmp_path / "j").events
     assert [event["kind"] for event in events if event["source"] == "bluepill.PA9"] == ["pin"]
     assert sum(len(event["data"]) // 2 for event in events if event["kind"] == "tx") == 256 * 10
+
+
+@pytest.mark.parametrize(("options", "made"), [({}, False), ({"edges_of_frames": True}, True)])
+def test_edges_that_nobody_wants_are_not_made(monkeypatch, options, made):
+    """But for those of a frame under way at the end of a window of the log."""
+    edges = []
+    keep = Pin._keep_edge
+    monkeypatch.setattr(Pin, "_keep_edge", lambda pin, edge: edges.append(pin.name) or keep(pin, edge))
+    emulated = EmulatedBench(open_target(f"bluepill:{IMAGES / 'echo-irq.elf'}"), **options)
+    emulated.bench.run_for(0.01)
+    emulated.ports["bluepill.usart1"].write(b"U" * 100)
+    emulated.bench.run_for(0.05)
+    emulated.close()
+    assert (edges.count("PA9") >= 10 * 100) is made
+    assert (edges.count("PA9") <= 1) is not made
 
 
 def test_what_is_told_of_a_line_does_not_depend_on_the_step(tmp_path):

@@ -62,39 +62,12 @@ class Queue(RuleBasedStateMachine):
         assert self.happened == due
         self.happened.clear()
 
-    @rule(cycles=CYCLES)
-    def go_on_alone(self, cycles):
-        end = self.time.now + cycles
-        reached = self.time.run_until(end)
-        due = []
-        while (first := min(self.expected, default=None)) is not None and first[0] < end:
-            self.expected.remove(first)
-            due.append(first)
-        assert self.happened == [name for *_, name, _ in due]
-        assert reached == (due[-1][0] if due else None)
-        self.happened.clear()
-
     @invariant()
     def the_next_is_known(self):
         assert self.time.next_cycle() == (min(self.expected)[0] if self.expected else None)
 
 
 TestQueue = Queue.TestCase
-
-
-def test_after_a_cycle_that_halts_nothing_more_happens():
-    time, happened = Timebase(1000), []
-
-    def halt():
-        happened.append("halt")
-        time.halted = True
-
-    time.at(5, halt)
-    time.at(5, lambda: happened.append("same cycle"))
-    time.at(6, lambda: happened.append("later"))
-    assert time.run_until(100) == 5
-    assert happened == ["halt", "same cycle"]
-    assert time.run_until(100) == 6
 
 
 def test_many_events_that_never_come_about_cost_no_memory_for_ever():

@@ -78,7 +78,7 @@ static void drive_irq(struct hil_dma *dma, uint32_t n) {
     return;
   dma->irq[irq] = level;
   if (dma->cpu)
-    hil_queue_interrupt(dma->queue, dma->cpu, dma->first_irq + irq, level);
+    hil_drive_line(dma->cpu, FIRST_IRQ + dma->first_irq + irq, level);
   else
     dma->ask(DMA_DRIVES, irq, 0, level);
 }

@@ -109,7 +109,7 @@ static void drive_irq(struct hil_streams *dma, uint32_t n) {
     return;
   stream->irq = level;
   if (dma->cpu)
-    hil_queue_interrupt(dma->queue, dma->cpu, dma->irqs[n], level);
+    hil_drive_line(dma->cpu, FIRST_IRQ + dma->irqs[n], level);
   else
     dma->ask(STREAM_DRIVES, n, 0, level);
 }

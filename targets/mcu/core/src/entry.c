@@ -400,14 +400,10 @@ HIL_EXPORT void hil_pay(struct hil_cpu *cpu) {
   cpu->exceptions.owed = 0;
 }
 
-/* Sleep up to the next tick or event, if that comes before the limit; false if something else has to end the sleep. */
-static bool sleep_on(struct hil_cpu *cpu) {
-  struct hil_state *state = &cpu->state;
+/* Sleep up to the next tick or event, or the limit. */
+static void sleep_on(struct hil_state *state) {
   uint64_t next = state->alarm < state->due ? state->alarm : state->due;
-  if (cpu->exceptions.scr & SLEEPDEEP || next >= state->limit_cycle)
-    return false;
-  add_cycles(state, next - state->cycle);
-  return true;
+  add_cycles(state, (next < state->limit_cycle ? next : state->limit_cycle) - state->cycle);
 }
 
 static uint32_t go(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t instructions) {
@@ -419,15 +415,17 @@ static uint32_t go(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t instructi
   for (;;) {
     enum hil_trouble trouble = TROUBLE_NONE;
     uint32_t why = STOP_STEP;
-    if (state->cycle >= state->limit_cycle || (state->due <= state->cycle && !hil_queue_here(cpu->queue, state->cycle)))
+    if (state->cycle >= state->limit_cycle || (state->due <= state->cycle && !hil_queue_pass(cpu->queue, state->cycle)))
       return STOP_LIMIT;
     if (x->sleeping) {
-      if (hil_wakes(cpu))
+      if (hil_wakes(cpu)) {
         hil_wake(cpu);
-      else if (sleep_on(cpu))
-        continue;
-      else
+      } else if (x->scr & SLEEPDEEP) {
         return STOP_WFI;
+      } else {
+        sleep_on(state);
+        continue;
+      }
     }
     if (hil_can_take(cpu)) {
       trouble = hil_take(cpu);
@@ -451,8 +449,9 @@ static uint32_t go(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t instructi
   }
 }
 
-/* Run as `hil_run` does, take exceptions and return from them, sleep from tick to tick, and let the events of C happen.
- * Stop where one of Python is due. At the limit nothing more is done, not even a step that is due. */
+/* Run as `hil_run` does, take exceptions and return from them, sleep from tick to tick, and let events happen. Stop
+ * where the queue is halted. At the limit nothing more is done, not even a step that is due. STOP_WFI: the core sleeps
+ * deeply. */
 HIL_EXPORT uint32_t hil_go(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t instructions) {
   uint32_t why = go(cpu, limit_cycle, instructions);
   hil_tell_time(cpu);

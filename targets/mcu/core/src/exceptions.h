@@ -78,8 +78,8 @@ HIL_STRUCT(hil_exceptions, HIL_EXCEPTIONS_FIELDS);
 HIL_STRUCT(hil_systick, HIL_SYSTICK_FIELDS);
 
 /* nvic.c; what returns a bool says whether something could be taken now, masks aside, or wake the core. */
-bool hil_pend(struct hil_cpu *cpu, uint32_t number);
-bool hil_drive_line(struct hil_cpu *cpu, uint32_t number, uint32_t level);
+void hil_pend(struct hil_cpu *cpu, uint32_t number);
+void hil_drive_line(struct hil_cpu *cpu, uint32_t number, uint32_t level);
 int32_t hil_boosted_priority(const struct hil_cpu *cpu, bool with_primask);
 int32_t hil_execution_priority(const struct hil_cpu *cpu);
 int32_t hil_group_priority(const struct hil_exceptions *x, uint32_t number);

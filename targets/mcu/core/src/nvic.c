@@ -64,50 +64,48 @@ static void find_active(struct hil_exceptions *x) {
 }
 
 /* After a change: who goes first, and whether a running slice must end for that. */
-static bool refresh(struct hil_cpu *cpu) {
+static void refresh(struct hil_cpu *cpu) {
   struct hil_exceptions *x = &cpu->exceptions;
   find_best(x);
   find_active(x);
-  if (x->best_priority >= x->active_priority)
-    return false;
-  cpu->state.attention = cpu->state.changed = 1;
-  return true;
+  if (x->best_priority < x->active_priority)
+    cpu->state.attention = cpu->state.changed = 1;
 }
 
 /* --- what becomes of one exception */
 
-HIL_EXPORT bool hil_pend(struct hil_cpu *cpu, uint32_t number) {
+HIL_EXPORT void hil_pend(struct hil_cpu *cpu, uint32_t number) {
   struct hil_exceptions *x = &cpu->exceptions;
   if (hil_in(x->pending, number))
-    return false;
+    return;
   include(x->pending, number);
   x->event |= x->event_on_pend;
-  return refresh(cpu) || x->event_on_pend;
+  refresh(cpu);
 }
 
 /* An inactive interrupt whose line is high stays pending. */
-HIL_EXPORT bool hil_unpend(struct hil_cpu *cpu, uint32_t number) {
+HIL_EXPORT void hil_unpend(struct hil_cpu *cpu, uint32_t number) {
   struct hil_exceptions *x = &cpu->exceptions;
   if (!hil_in(x->high, number) || hil_in(x->active, number))
     exclude(x->pending, number);
-  return refresh(cpu);
+  refresh(cpu);
 }
 
-HIL_EXPORT bool hil_enable(struct hil_cpu *cpu, uint32_t number) {
+HIL_EXPORT void hil_enable(struct hil_cpu *cpu, uint32_t number) {
   include(cpu->exceptions.enabled, number);
-  return refresh(cpu);
+  refresh(cpu);
 }
 
 /* What is active stays so. */
-HIL_EXPORT bool hil_disable(struct hil_cpu *cpu, uint32_t number) {
+HIL_EXPORT void hil_disable(struct hil_cpu *cpu, uint32_t number) {
   exclude(cpu->exceptions.enabled, number);
-  return refresh(cpu);
+  refresh(cpu);
 }
 
 /* As a write to SHCSR does, without consequences. */
-HIL_EXPORT bool hil_set_active(struct hil_cpu *cpu, uint32_t number, uint32_t active) {
+HIL_EXPORT void hil_set_active(struct hil_cpu *cpu, uint32_t number, uint32_t active) {
   (active ? include : exclude)(cpu->exceptions.active, number);
-  return refresh(cpu);
+  refresh(cpu);
 }
 
 void hil_activate(struct hil_cpu *cpu, uint32_t number) {
@@ -121,26 +119,28 @@ void hil_deactivate(struct hil_cpu *cpu, uint32_t number) {
   if (number >= MOST_EXCEPTIONS)
     return;
   exclude(cpu->exceptions.active, number);
-  if (!hil_in(cpu->exceptions.high, number) || !hil_pend(cpu, number))
-    refresh(cpu);
+  if (hil_in(cpu->exceptions.high, number))
+    hil_pend(cpu, number);
+  refresh(cpu);
 }
 
 /* The level of an interrupt line: its rising edge makes the interrupt pending, a falling one leaves it so. */
-HIL_EXPORT bool hil_drive_line(struct hil_cpu *cpu, uint32_t number, uint32_t level) {
+HIL_EXPORT void hil_drive_line(struct hil_cpu *cpu, uint32_t number, uint32_t level) {
   (level ? include : exclude)(cpu->exceptions.high, number);
-  return level && hil_pend(cpu, number);
+  if (level)
+    hil_pend(cpu, number);
 }
 
 /* Bits that are not implemented read as zero. */
-HIL_EXPORT bool hil_set_priority(struct hil_cpu *cpu, uint32_t number, uint32_t priority) {
+HIL_EXPORT void hil_set_priority(struct hil_cpu *cpu, uint32_t number, uint32_t priority) {
   cpu->exceptions.priorities[number] = (int32_t)(priority & cpu->exceptions.priority_mask);
-  return refresh(cpu);
+  refresh(cpu);
 }
 
 /* Split priorities at a bit, 0 to 7: the bits above it are the group (table B1-6). */
-HIL_EXPORT bool hil_set_grouping(struct hil_cpu *cpu, uint32_t prigroup) {
+HIL_EXPORT void hil_set_grouping(struct hil_cpu *cpu, uint32_t prigroup) {
   cpu->exceptions.group_mask = -(2 << prigroup);
-  return refresh(cpu);
+  refresh(cpu);
 }
 
 /* The state after reset: nothing pending, whatever the lines are, for their peripherals are reset too. Sleep, lockup

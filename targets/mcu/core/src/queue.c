@@ -16,6 +16,7 @@ struct event {
 struct hil_queue {
   struct hil_time time;
   struct hil_state *state;
+  hil_happening_of_python python;
   uint64_t entered;
   struct event *events;
   int32_t *heap;
@@ -24,10 +25,11 @@ struct hil_queue {
 
 enum { FIRST_ROOM = 64, LOWEST_ORDER = -8, ORDER_AT = 56 };
 
-HIL_EXPORT struct hil_queue *hil_queue_new(void) {
+HIL_EXPORT struct hil_queue *hil_queue_new(hil_happening_of_python happening) {
   struct hil_queue *queue = calloc(1, sizeof *queue);
   if (!queue)
     return NULL;
+  queue->python = happening;
   queue->free = NO_EVENT;
   queue->time.next = UINT64_MAX;
   return queue;
@@ -78,7 +80,6 @@ static void tell(struct hil_queue *queue) {
   struct hil_time *time = &queue->time;
   const struct event *first = queue->count ? &queue->events[queue->heap[0]] : NULL;
   time->next = first ? first->cycle : UINT64_MAX;
-  time->next_is_here = first && first->happening;
   if (queue->state && queue->state->due != time->next) {
     queue->state->due = time->next;
     queue->state->changed = 1;
@@ -175,58 +176,38 @@ HIL_EXPORT void hil_queue_leave(struct hil_queue *queue, int32_t number) {
 
 /* --- letting them happen */
 
-/* Let the first event happen, if it is one of C; otherwise return the number of one of Python, which is free now. */
-static int32_t let_first_happen(struct hil_queue *queue) {
+static bool first_is_of_python(const struct hil_queue *queue) { return !queue->events[queue->heap[0]].happening; }
+
+/* Let the first event happen; false if it went wrong. The number of one of Python is free by then. */
+static bool let_first_happen(struct hil_queue *queue) {
   int32_t number = queue->heap[0];
   struct event event = queue->events[number];
   take_out(queue, number);
   queue->time.now = event.cycle;
-  queue->time.happened = 1;
   if (queue->state)
     queue->state->loop_instructions = 0; /* the program may go elsewhere */
-  if (!event.happening) {
-    dispose(queue, number);
-    return number;
+  if (event.happening) {
+    event.happening(event.whose);
+    return true;
   }
-  event.happening(event.whose);
-  return NO_EVENT;
+  dispose(queue, number);
+  return queue->python(number);
 }
 
-/* Let the events of C happen that are due by a cycle, each at its own, and return the number of the first of Python;
- * NO_EVENT: nothing more is due, and it is that cycle now. */
-HIL_EXPORT int32_t hil_queue_due(struct hil_queue *queue, uint64_t cycle) {
-  while (queue->time.next <= cycle) {
-    int32_t number = let_first_happen(queue);
-    if (number != NO_EVENT)
-      return number;
-  }
+/* Let everything happen that is due by a cycle, each at its own. */
+HIL_EXPORT void hil_queue_due(struct hil_queue *queue, uint64_t cycle) {
+  while (queue->time.next <= cycle)
+    if (!let_first_happen(queue))
+      return;
   queue->time.now = cycle;
-  return NO_EVENT;
 }
 
-/* The same for those that are due before a limit, and until `halted` is set; `now` stays with the last of them. */
-HIL_EXPORT int32_t hil_queue_before(struct hil_queue *queue, uint64_t limit) {
-  while (queue->time.next < limit && !queue->time.halted) {
-    int32_t number = let_first_happen(queue);
-    if (number != NO_EVENT)
-      return number;
-  }
-  return NO_EVENT;
-}
-
-/* Drive an interrupt line of a core. */
-void hil_queue_interrupt(struct hil_queue *queue, struct hil_cpu *cpu, uint32_t irq, bool level) {
-  if (hil_drive_line(cpu, FIRST_IRQ + irq, level))
-    queue->time.halted |= HALTED_BY_IRQ;
-}
-
-/* Let the events of C happen that are due by a cycle; false if one of Python is due first, or `halted` is set. */
-bool hil_queue_here(struct hil_queue *queue, uint64_t cycle) {
+/* The same, until `halted` is set; false if it is. */
+bool hil_queue_pass(struct hil_queue *queue, uint64_t cycle) {
   while (queue->time.next <= cycle) {
-    if (!queue->time.next_is_here)
+    if (queue->time.halted && first_is_of_python(queue))
       return false;
-    let_first_happen(queue);
-    if (queue->time.halted & ~(uint64_t)HALTED_BY_IRQ)
+    if (!let_first_happen(queue) || queue->time.halted)
       return false;
   }
   queue->time.now = cycle;

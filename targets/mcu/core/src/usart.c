@@ -17,6 +17,8 @@
  * - The line is idle one frame after the end of the last stop bit. */
 #include "usart.h"
 
+#include "cpu.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -114,7 +116,7 @@ void hil_usart_drive(struct hil_usart *usart, uint32_t levels) {
     if (!(changed >> n & 1))
       continue;
     if (n == 0 && usart->cpu)
-      hil_queue_interrupt(usart->queue, usart->cpu, usart->irq, levels & 1);
+      hil_drive_line(usart->cpu, FIRST_IRQ + usart->irq, levels & 1);
     else if (n && usart->requests)
       usart->requests->drive(usart->requests, usart->lines[n - 1], levels >> n & 1);
     else

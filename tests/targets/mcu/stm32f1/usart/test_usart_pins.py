@@ -191,6 +191,87 @@ def test_flow_control_at_the_pins(board):
     assert not peek(board.usart1, "SR") & 0x8
 
 
+@pytest.fixture
+def passing(board):
+    """PA9 carries frames whose edges the one that follows it does not want; call it to send one."""
+    board.mode("PA9", AF_PP)
+    pin = board.pins["PA9"]
+    pin.follow()
+    board.usart1.on_frame = lambda frame: pin.pass_over(len(frame.edge_bits()))
+
+    def send(cycles=200):
+        begin = board.chip.time.now
+        poke(board.usart1, "DR", 0x41)
+        board.chip.advance(cycles)
+        return [(begin + cycle, level) for cycle, level in OF_0X41]
+
+    return send
+
+
+OF_0X41 = [(0, False), (16, True), (32, False), (112, True), (128, False), (144, True)]
+
+
+def followed(board):
+    return [(edge.cycle, edge.level) for _, edges in board.pins.take_followed() for edge in edges]
+
+
+def test_edges_that_nobody_wants_are_counted(board, passing):
+    for _ in range(3):
+        passing()
+        assert followed(board) == []
+    pin = board.pins["PA9"]
+    assert pin.level is True
+    assert (pin.take_passed(), pin.take_passed(), followed(board)) == (3 * 6, 0, [])
+
+
+def test_who_asks_for_the_level_in_mid_frame_has_the_edges_told(board, passing):
+    """All of this frame, but none of the next; so it is where their count is asked for."""
+    pin = board.pins["PA9"]
+    for ask, passed in ((lambda: pin.level is False, 6 + 6), (lambda: pin.take_passed() == 6, 6)):
+        passing()
+        edges = passing(40)
+        assert ask()
+        assert followed(board) == edges[:3]
+        board.chip.advance(80)
+        assert followed(board) == edges[3:4]
+        board.chip.advance(80)
+        assert followed(board) == edges[4:]
+        passing()
+        assert followed(board) == []
+        assert pin.take_passed() == passed
+
+
+def test_a_clock_that_changes_in_mid_frame_has_the_edges_told(board, passing):
+    edges = passing(40)
+    board.chip.change_clock(36_000_000)
+    board.chip.advance(200)
+    assert followed(board) == edges
+    assert board.pins["PA9"].take_passed() == 0
+
+
+def test_edges_that_others_have_to_see_are_told(board, passing):
+    pin, timer = board.pins["PA9"], board.signals.output("TIM1_CH2")
+
+    def hear(*_edge):
+        pass
+
+    needs = {
+        "a record": (pin.record, lambda: pin.record(False)),
+        "a listener": (lambda: pin.on_edge(hear), lambda: pin.off_edge(hear)),
+        "a source": (lambda: pin.drive(True, ohms=10_000), lambda: pin.drive(None)),
+        "a timer": (lambda: timer.set(True), lambda: timer.set(None)),
+        "an open drain": (lambda: board.mode("PA9", AF_OD), lambda: board.mode("PA9", AF_PP)),
+    }
+    for who, (begin, end) in needs.items():
+        begin()
+        passing()
+        assert (who, pin.take_passed()) == (who, 0)
+        end()
+        board.pins.take_followed()
+        passing()
+        assert (who, pin.take_passed()) == (who, 6)
+
+
 def test_the_edges_before_a_reset_in_mid_frame_are_recorded(board):
     """Each edge is recorded, also if nobody asks for them before the frame is broken off."""
     board.mode("PA9", AF_PP)

@@ -387,6 +387,22 @@ class TestWire:
         port.tx.look()
         assert port.tx.edges == expected
 
+    def test_a_rate_that_is_written_again_in_mid_frame_changes_nothing(self, open_port):
+        """Five bits at twice the length, the rest at the old one."""
+        open_port.poke("BRR", 32)
+        open_port.poke("SR", 0)
+        start = open_port.now
+        open_port.poke("DR", 0x55)
+        open_port.chip.advance(5 * 32)
+        for _ in range(3):
+            open_port.poke("BRR", 16)
+        open_port.chip.advance(5 * 16 - 1)
+        assert not open_port.flags & TC
+        open_port.chip.advance(1)
+        assert open_port.flags & TC
+        ends = [32 * bit if bit <= 5 else 160 + 16 * (bit - 5) for bit in range(10)]
+        assert open_port.tx.edges[-10:] == [(start + cycle, bool(bit & 1)) for bit, cycle in enumerate(ends)]
+
     def test_nobody_looks_nothing_is_told(self, open_port):
         open_port.tx.set_watch(Watch.NOBODY)
         before = len(open_port.tx.edges)
