@@ -39,7 +39,7 @@ class Shares:
             around.runner.after[:] = [self.timed(call, "wiring") for call in around.runner.after]
         for machine in emulated.machines.values():
             self.watch(machine, "run_to", "chip")
-            self.watch(machine.engine, "_call", "instructions, exceptions and registers")
+            self.watch(machine.engine, "_call", "instructions, exceptions, registers and events")
         group = emulated._group
         group.after_round[:] = [self.timed(call, "pins into the journal") for call in group.after_round]
 

@@ -240,12 +240,10 @@ def shares_of(ours):
 
         setattr(owner, name, timed)
 
-    watch(machine.engine, "_call", "the CPU and exceptions")
+    watch(machine.engine, "_call", "the CPU, exceptions and events")
     for peripheral in {id(one): one for one in machine.bus._pages.values()}.values():
         watch(peripheral, "read", "registers")
         watch(peripheral, "write", "registers")
-    for run in ("run_due", "run_until"):
-        watch(machine.time, run, "events")
     began = time.process_time()
     ours.block()
     total = time.process_time() - began

@@ -24,27 +24,26 @@ class IrqLines:
     def line(self, number: int) -> IrqLine:
         """Return a line of its own to the input of that number. Raises ValueError if there is no such input."""
         sources = self._sources.setdefault(number, [])
-        assert not any(source.in_c for source in sources), "who drives it in C drives it alone"
+        assert not any(source.driven_in_c for source in sources), "who drives it in C drives it alone"
         source = _Source(self._inputs(number), sources)
         sources.append(source)
         return source
 
 
 class _Source:
-    """What one peripheral drives; `in_c` once it has asked for the core, since nobody else drives the input."""
+    """What one peripheral drives."""
 
-    __slots__ = ("_input", "_others", "in_c", "level")
+    __slots__ = ("_input", "_others", "driven_in_c", "level")
 
     def __init__(self, target: IrqLine, others: list[_Source]) -> None:
         self._input = target
         self._others = others
-        self.level = self.in_c = False
+        self.level = self.driven_in_c = False
 
     @property
     def core(self) -> ctypes.c_void_p | None:
         """See `IrqLine`."""
-        self.in_c = len(self._others) == 1 and self._input.core is not None
-        return self._input.core if self.in_c else None
+        return self._input.core if len(self._others) == 1 else None
 
     def set(self, level: bool) -> None:
         """Drive the line."""

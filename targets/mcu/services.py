@@ -27,6 +27,7 @@ __all__ = [
     "Services",
     "Watch",
     "Wave",
+    "drive_in_c",
 ]
 
 
@@ -35,7 +36,10 @@ class IrqLine(Protocol):
 
     Attributes:
         core: the core in C whose interrupt nobody else drives, so that a peripheral in C may do it there; else None.
+        driven_in_c: that is done, and nobody else may drive it; see `drive_in_c`.
     """
+
+    driven_in_c: bool
 
     @property
     def core(self) -> ctypes.c_void_p | None:
@@ -43,6 +47,16 @@ class IrqLine(Protocol):
 
     def set(self, level: bool) -> None:
         """Drive the line."""
+
+
+def drive_in_c(lines: Sequence[IrqLine]) -> ctypes.c_void_p | None:
+    """Have all of these interrupts driven in C from now on, if that goes; return the core whose they are, else None."""
+    cores = [line.core for line in lines]
+    if None in cores:
+        return None
+    for line in lines:
+        line.driven_in_c = True
+    return cores[0]
 
 
 class RequestInC(NamedTuple):

@@ -43,6 +43,7 @@ class FakeLine:
     """
 
     core = None
+    driven_in_c = False
     in_c = None
 
     def __init__(self, time: Timebase) -> None:

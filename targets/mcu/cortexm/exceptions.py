@@ -35,16 +35,16 @@ class Line:
 
     Attributes:
         level: as last driven from here.
-        core: see `targets.mcu.services.IrqLine`.
+        core, driven_in_c: see `targets.mcu.services.IrqLine`.
     """
 
-    __slots__ = ("_exceptions", "_number", "core", "level")
+    __slots__ = ("_exceptions", "_number", "core", "driven_in_c", "level")
 
     def __init__(self, exceptions: Exceptions, number: int) -> None:
         self._exceptions = exceptions
         self._number = number
         self.core = exceptions.core
-        self.level = False
+        self.level = self.driven_in_c = False
 
     def set(self, level: bool) -> None:
         """Drive the line. A rising edge makes the interrupt pending; a falling edge leaves it so."""

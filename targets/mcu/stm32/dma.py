@@ -17,7 +17,7 @@ from targets.mcu.core.library import with_lock_held
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
-from targets.mcu.services import BusMaster, Services
+from targets.mcu.services import BusMaster, Services, drive_in_c
 from targets.mcu.stm32.dma_requests import Requests, Sources
 
 __all__ = ["Dma"]
@@ -149,8 +149,8 @@ class Dma(PeripheralInC):
         for place in barred:
             self._controller.bar(*place)
         self._irqs = [services.irq(number) for number in irqs]
-        core = self._irqs[0].core
-        if core is not None and all(irq.core is not None for irq in self._irqs):
+        core = drive_in_c(self._irqs)
+        if core is not None:
             self._controller.join(core, irqs)
         for stream in range(STREAMS):
             sources.connect(stream, functools.partial(self._listen, stream, 0))

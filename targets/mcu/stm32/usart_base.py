@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from targets.mcu.block import PeripheralInC
 from targets.mcu.serial_line import SerialFormat, SerialFrame, Words
-from targets.mcu.services import InputSignal, Services
+from targets.mcu.services import InputSignal, Services, drive_in_c
 from targets.mcu.stm32.usart_expected import Expected
 from targets.mcu.stm32.usart_line import Kind, News, Tell, UsartLine
 from targets.mcu.stm32.usart_receiver import Receiver
@@ -90,8 +90,9 @@ class UsartBase(PeripheralInC, abc.ABC):
         handlers[News.DMA_TX] = lambda level, _more: self._dma_tx.set(bool(level))
         handlers[News.DMA_RX] = lambda level, _more: self._dma_rx.set(bool(level))
         handlers[News.IRQ] = lambda level, _more: self._irq.set(bool(level))
-        if self._irq.core is not None:
-            self._line.interrupts(self._irq.core, irq)
+        core = drive_in_c([self._irq])
+        if core is not None:
+            self._line.interrupts(core, irq)
         to_send, received = self._dma_tx.in_c, self._dma_rx.in_c
         if to_send is not None and received is not None:
             self._line.transfers(to_send.controller, to_send.number, received.number)

@@ -18,7 +18,7 @@ from targets.mcu.core.library import with_lock_held
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
-from targets.mcu.services import RequestInC, Services
+from targets.mcu.services import RequestInC, Services, drive_in_c
 
 __all__ = ["CONTROLLERS", "TRANSFER_CYCLES", "VALUE_LINE_DMA1", "Controller", "Dma", "Request"]
 
@@ -190,9 +190,9 @@ class Dma(PeripheralInC):
         self._values = self.in_c.values
         self._bus = services.bus
         self._irqs = [services.irq(number) for number in kind.irqs]
-        if all(irq.core is not None for irq in self._irqs):
-            assert self._irqs[0].core is not None
-            self._controller.join(self._irqs[0].core)
+        core = drive_in_c(self._irqs)
+        if core is not None:
+            self._controller.join(core)
         self._requests = {
             name: Request(self.in_c.block, number << _REQUEST_BITS | index)
             for number, names in kind.requests.items()

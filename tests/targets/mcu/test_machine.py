@@ -143,6 +143,39 @@ class TestTime:
         machine.run_to(MS)
         assert first_ns < machine.now_ns < 20_000
 
+    @pytest.mark.parametrize("halves", [(HANG,), TOGGLE, (WFI, HANG)])
+    def test_an_event_can_end_the_run(self, start, halves):
+        """The rest of its instant still happens, and nothing of later."""
+        machine, happened = start(*halves), []
+
+        def end():
+            happened.append("end")
+            machine.horizon(machine.now_ns)
+
+        machine.at_ns(500_000, end)
+        machine.at_ns(500_000, lambda: happened.append("same instant"))
+        machine.at_ns(501_000, lambda: happened.append("later"))
+        machine.run_to(MS)
+        assert happened == ["end", "same instant"]
+        assert 500_000 <= machine.now_ns < 501_000
+        machine.run_to(MS)
+        assert happened == ["end", "same instant", "later"]
+
+    @pytest.mark.parametrize("halves", [(HANG,), (WFI, HANG)])
+    def test_what_an_event_raises_comes_out_of_the_run(self, start, halves):
+        machine, happened = start(*halves), []
+
+        def fail():
+            raise LookupError
+
+        machine.at_ns(500_000, fail)
+        machine.at_ns(500_000, lambda: happened.append(machine.now_ns))
+        with pytest.raises(LookupError):
+            machine.run_to(MS)
+        assert happened == []
+        machine.run_to(MS)
+        assert happened == [500_000]
+
     @settings(max_examples=examples(20))
     @given(
         cuts=st.lists(st.integers(1, 400_000), max_size=12),

@@ -29,10 +29,9 @@ void hil_forget(struct hil_cpu *cpu, uint32_t base, uint32_t size);
 void hil_set_up_exceptions(struct hil_cpu *cpu, uint32_t irq_count, uint32_t priority_bits);
 void hil_reset_exceptions(struct hil_cpu *cpu);
 void hil_reset_systick(struct hil_cpu *cpu);
-bool hil_enable(struct hil_cpu *cpu, uint32_t number);
-bool hil_set_active(struct hil_cpu *cpu, uint32_t number, uint32_t active);
-bool hil_drive_line(struct hil_cpu *cpu, uint32_t number, uint32_t level);
-bool hil_set_priority(struct hil_cpu *cpu, uint32_t number, uint32_t priority);
+void hil_enable(struct hil_cpu *cpu, uint32_t number);
+void hil_set_active(struct hil_cpu *cpu, uint32_t number, uint32_t active);
+void hil_set_priority(struct hil_cpu *cpu, uint32_t number, uint32_t priority);
 bool hil_can_take(const struct hil_cpu *cpu);
 uint32_t hil_go(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t instructions);
 
