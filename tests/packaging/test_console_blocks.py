@@ -1,8 +1,8 @@
 """Pages that are followed word by word in a folder of one's own: every command gives what stands below it.
 
 In a console block ``$`` begins a command, what follows is its output (both streams), ``...`` in a line stands for any
-text, and a line of its own with ``...`` for any lines. A TOML block that begins with a comment is the file of that
-name; what is Python is added to the test that `hilbench init` has written.
+text, and a line of its own with ``...`` for any lines. A block of TOML or Python that begins with the name of a file in
+a comment is that file; other Python is added to the test that `hilbench init` has written.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from tests.hilbench.forked import Forkable
 ROOT = Path(__file__).parents[2]
 IMAGES = ROOT / "targets/firmware/images"
 BLOCK = re.compile(r"^```(console|python|toml)\n(.*?)^```", re.DOTALL | re.MULTILINE)
+FILE = re.compile(r"# (\S+\.(?:toml|py))\n")
 FILES = {
     "firmware.elf": "style-irq-dma.elf",
     "jump-erased.elf": "bad-jump-erased.elf",
@@ -58,8 +59,8 @@ def shell(tmp_path):
     folder.mkdir()
     tools = tmp_path / "bin"
     tools.mkdir()
-    for name in ("hilbench", "pytest"):
-        (tools / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" -m {name} "$@"\n')
+    for name, module in (("hilbench", "-m hilbench"), ("pytest", "-m pytest"), ("python", "")):
+        (tools / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" {module} "$@"\n')
         (tools / name).chmod(0o755)
     environment = {**os.environ, "PATH": f"{tools}:{os.environ['PATH']}", "PYTHONPATH": "", "COLUMNS": "80"}
     environment |= {"PYTHONDONTWRITEBYTECODE": "1", "PYTEST_ADDOPTS": ""}
@@ -84,8 +85,8 @@ def follow(page, shell, folder):
     """Do what a page says, block by block; return how many commands that were."""
     done = 0
     for kind, text in BLOCK.findall((ROOT / page).read_text()):
-        if kind == "toml":
-            (folder / text.split(maxsplit=2)[1]).write_text(text)
+        if kind != "console" and (file := FILE.match(text)):
+            (folder / file[1]).write_text(text)
         elif kind == "python":
             with (folder / "test_firmware.py").open("a") as file:
                 file.write(f"\n\n{text}")
@@ -108,6 +109,12 @@ def test_the_page_on_firmware_can_be_followed(shell, tmp_path):
 @pytest.mark.exhaustive("eight commands and a pytest in turn; the gate has each of them in tests of its own")
 def test_the_tutorial_on_firmware_can_be_followed(shell, tmp_path):
     assert follow("docs/tutorials/firmware.md", shell, tmp_path / "try") >= 7
+
+
+@pytest.mark.exhaustive("a dozen commands in turn; the gate has tests of what they do")
+@pytest.mark.parametrize(("page", "commands"), [("protocol", 4), ("client", 5), ("ci", 4)])
+def test_the_other_tutorials_can_be_followed(page, commands, shell, tmp_path):
+    assert follow(f"docs/tutorials/{page}.md", shell, tmp_path / "try") == commands
 
 
 @pytest.mark.exhaustive("an emulated rover in its world; the gate has a mutant for the same clause")

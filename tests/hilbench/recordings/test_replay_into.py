@@ -83,7 +83,7 @@ def test_another_answer_is_named_with_its_frame(recorded, replay, tmp_path):
     code, out, err = replay(path, "--into", "pioneer-plane")
     assert code == 1
     assert "first different: frame 1" in out
-    assert "answered otherwise" in err
+    assert "answered differently" in err
 
 
 @pytest.mark.parametrize(

@@ -110,5 +110,5 @@ def test_a_change_is_the_same_after_it_was_made():
 
 def test_brackets_without_end_are_refused():
     for text in (f"a={'[' * 20_000}", f"a={'{a=' * 20_000}"):
-        with pytest.raises(ValueError, match="too many brackets"):
+        with pytest.raises(ValueError, match="too many nested brackets"):
             parse_change(text)

@@ -148,7 +148,7 @@ def test_a_door_at_which_nobody_gets_in_is_an_error(kind, monkeypatch):
             unused.append(self)
 
     monkeypatch.setattr(way, "ReconnectingPort", lambda *_: Nobody())
-    with contextlib.closing(Routes(kind)) as ways, pytest.raises(UnavailableError, match="nobody has come in"):
+    with contextlib.closing(Routes(kind)) as ways, pytest.raises(UnavailableError, match="no client has connected"):
         lined(ways)
     assert unused
     assert ways.words.startswith("line.a could not be led through ")

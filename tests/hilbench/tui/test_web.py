@@ -148,7 +148,7 @@ def test_a_page_that_is_open_does_not_hold_up_the_end(served, tmp_path):
     [
         (["nonsense.toml", "--web"], 2, "nonsense.toml: "),
         (["rover-model", "--web", "70000"], 2, "--web: '70000' is no TCP port"),
-        (["--web", "rover-model"], 2, "--web: 'rover-model' is no TCP port; a bench stands before it"),
+        (["--web", "rover-model"], 2, "--web: 'rover-model' is no TCP port; write the bench first"),
         (["rover-model", "--web-host", "0.0.0.0"], 2, "--web-host: goes with --web"),
         (["rover-model", "--web", "--web-host", "203.0.113.1"], 3, "--web 0 at 203.0.113.1: cannot listen"),
         (["rover-model", "--target", "serial:/dev/none", "--web"], 3, "the bench ended with exit code 3: /dev/none"),
