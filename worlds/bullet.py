@@ -14,12 +14,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from worlds.bullet_builder import BOX_GROUP, FLOOR_GROUP, MOVING_GROUP, Builder
-from worlds.errors import PhysicsMissingError, WorldError
-from worlds.geometry import Matrix, Vector, add, cross, rotation, subtract, turn, turn_back
+from worlds.errors import PhysicsMissingError, UnknownNameError, WorldError
+from worlds.geometry import Vector, add, rotation, subtract, turn, turn_back
 from worlds.importing import import_whole
 from worlds.motion import PlanarVelocity
 from worlds.quiet import captured_output
-from worlds.rigid import RigidWorld, level, matrix_of
+from worlds.rigid import RigidWorld, Turned, level, new, turned
 from worlds.scenes import Scene
 from worlds.vehicles import Vehicle
 from worlds.world import Contact, JointState, World
@@ -43,7 +43,8 @@ class BulletWorld(RigidWorld):
     def __init__(self, scene: Scene, vehicle: Vehicle, step_hz: int) -> None:
         super().__init__(scene, vehicle, step_hz)
         self._com_m = vehicle.parts[0].center_of_mass_m
-        self._applied_nm: dict[str, float] = {}
+        self._sent_rad_s: list[float] = []
+        self._applied_nm: list[float] = []
         with captured_output():
             self._engine = _import()
             self._client = _idle_clients.pop() if _idle_clients else _connect(self._engine)
@@ -56,7 +57,31 @@ class BulletWorld(RigidWorld):
         self._body, self._other_names, self._links = built
         self._names_of_links = {link: part for part, link in self._links.items()}
         self._joint_links = [self._links[joint] for joint in vehicle.joints]
-        self._start()
+        self._start(vehicle.joints)
+
+    def contacts(self, part: str | None = None) -> tuple[Contact, ...]:
+        """Return where the vehicle touched something in the last step."""
+        if part is not None and part not in self._links:
+            raise UnknownNameError("part", part, self._links)
+        if self._placed:  # the library still lists what was touched at the old place
+            return ()
+        points = self._engine.getContactPoints(
+            bodyA=self._body, linkIndexA=-2 if part is None else self._links[part], physicsClientId=self._client
+        )
+        if not points:
+            return ()
+        origin, frame = self.pose().position_m, self._frame
+        # The library also lists points a fraction of a millimetre apart that carry nothing: those do not touch.
+        return tuple(
+            Contact(
+                part=self._names_of_links[point[3]],
+                other=self._other_names[point[2]],
+                position_m=turn_back(frame, subtract(point[5], origin)),
+                normal_force_n=point[9],
+            )
+            for point in points
+            if point[9] > 0.0 or point[8] <= 0.0
+        )
 
     def cast(self, starts_m: Sequence[Vector], ends_m: Sequence[Vector], *, floor: bool = False) -> list[float]:
         """Cast rays; the vehicle never stops one."""
@@ -86,14 +111,12 @@ class BulletWorld(RigidWorld):
 
     def _put_at_rest(self, where_m: Vector, yaw_rad: float) -> None:
         at = {"physicsClientId": self._client}
-        angles = {
-            joint: self._engine.getJointState(self._body, self._links[joint], **at)[0] for joint in self._frictions_nm
-        }
+        angles = [self._engine.getJointState(self._body, link, **at)[0] for link in self._joint_links]
         self._put(where_m, yaw_rad)
         self._engine.resetBaseVelocity(self._body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), **at)
-        for joint, angle in angles.items():
-            self._engine.resetJointState(self._body, self._links[joint], angle, 0.0, **at)
-        self._applied_nm = {}
+        for link, angle in zip(self._joint_links, angles, strict=True):
+            self._engine.resetJointState(self._body, link, angle, 0.0, **at)
+        self._applied_nm = [0.0] * len(angles)
 
     def _put(self, where_m: Vector, yaw_rad: float) -> None:
         sine, cosine = level(yaw_rad)
@@ -102,70 +125,56 @@ class BulletWorld(RigidWorld):
             self._body, center_m, (0.0, 0.0, sine, cosine), physicsClientId=self._client
         )
 
+    def _advance(self) -> None:
+        engine, body, client = self._engine, self._body, self._client
+        if self._limits_changed or self._aims_rad_s != self._sent_rad_s:
+            self._send()
+        if any(self._applied_nm):
+            # The library forgets a torque after each step, and does not count it as the motor's.
+            engine.setJointMotorControlArray(
+                body, self._joint_links, engine.TORQUE_CONTROL, forces=self._applied_nm, physicsClientId=client
+            )
+        engine.stepSimulation(physicsClientId=client)
+
     def _send(self) -> None:
-        if self._commands_changed and self._commands:
+        self._limits_changed = False
+        self._sent_rad_s, self._applied_nm = self._aims_rad_s.copy(), self._torques_nm.copy()
+        if self._joint_links:
             self._engine.setJointMotorControlArray(
                 self._body,
                 self._joint_links,
                 self._engine.VELOCITY_CONTROL,
-                targetVelocities=[speed for speed, _ in self._commands.values()],
-                forces=[torque for _, torque in self._commands.values()],
+                targetVelocities=self._aims_rad_s,
+                forces=self._limits_nm,
                 physicsClientId=self._client,
             )
-        self._commands_changed = False
-        if self._torques_nm:
-            # The library forgets a torque after each step, and does not count it as the motor's.
-            self._applied_nm = dict(self._torques_nm)
-            self._engine.setJointMotorControlArray(
-                self._body,
-                [self._links[joint] for joint in self._applied_nm],
-                self._engine.TORQUE_CONTROL,
-                forces=[*self._applied_nm.values()],
-                physicsClientId=self._client,
-            )
-
-    def _advance(self) -> None:
-        self._engine.stepSimulation(physicsClientId=self._client)
 
     def _read_joints(self) -> dict[str, JointState]:
-        states = self._engine.getJointStates(self._body, self._joint_links, physicsClientId=self._client)
-        return {
-            joint: JointState(
-                angle_rad=state[0], speed_rad_s=state[1], torque_nm=state[3] + self._applied_nm.get(joint, 0.0)
-            )
-            for joint, state in zip(self._frictions_nm, states, strict=True)
-        }
+        found = self._engine.getJointStates(self._body, self._joint_links, physicsClientId=self._client)
+        states, applied_nm = {}, self._applied_nm
+        for joint, number in self._numbers.items():
+            angle_rad, speed_rad_s, _, torque_nm = found[number]
+            states[joint] = new(JointState, (angle_rad, speed_rad_s, torque_nm + applied_nm[number]))
+        return states
 
-    def _read_frame(self) -> tuple[Vector, Matrix]:
-        center, quaternion = self._engine.getBasePositionAndOrientation(self._body, physicsClientId=self._client)
-        frame = matrix_of(*quaternion)
-        self._arm_m = turn(frame, self._com_m)
-        return subtract(center, self._arm_m), frame
+    def _read_place(self) -> tuple[Vector, Turned]:
+        (x, y, z), quaternion = self._engine.getBasePositionAndOrientation(self._body, physicsClientId=self._client)
+        turning = turned(*quaternion)
+        arm_x, arm_y, arm_z = self._arm_m = turn(turning[0], self._com_m)
+        return (x - arm_x, y - arm_y, z - arm_z), turning
 
     def _velocity(self) -> tuple[Vector, Vector]:
-        linear, angular = self._engine.getBaseVelocity(self._body, physicsClientId=self._client)
-        self._frame()
+        if not self._pose:
+            self._look()
         # The library speaks of the centre of mass; the reference point is off it.
-        return subtract(linear, cross(angular, self._arm_m)), angular
-
-    def _read_contacts(self, part: str | None) -> tuple[Contact, ...]:
-        points = self._engine.getContactPoints(
-            bodyA=self._body, linkIndexA=-2 if part is None else self._links[part], physicsClientId=self._client
-        )
-        if not points:
-            return ()
-        origin, frame = self._frame()
-        # The library also lists points a fraction of a millimetre apart that carry nothing: those do not touch.
-        return tuple(
-            Contact(
-                part=self._names_of_links[point[3]],
-                other=self._other_names[point[2]],
-                position_m=turn_back(frame, subtract(point[5], origin)),
-                normal_force_n=point[9],
-            )
-            for point in points
-            if point[9] > 0.0 or point[8] <= 0.0
-        )
+        arm_x, arm_y, arm_z = self._arm_m
+        (x, y, z), angular = self._engine.getBaseVelocity(self._body, physicsClientId=self._client)
+        roll, pitch, yaw = angular
+        return (
+            x - (pitch * arm_z - yaw * arm_y),
+            y - (yaw * arm_x - roll * arm_z),
+            z - (roll * arm_y - pitch * arm_x),
+        ), angular
 
 
 def _import() -> Any:

@@ -53,7 +53,9 @@ def rotation(yaw_rad: float, pitch_rad: float = 0.0, roll_rad: float = 0.0) -> M
 
 def turn(matrix: Matrix, vector: Vector) -> Vector:
     """Return ``matrix @ vector``."""
-    return dot(matrix[0], vector), dot(matrix[1], vector), dot(matrix[2], vector)
+    (a, b, c), (d, e, f), (g, h, i) = matrix
+    x, y, z = vector
+    return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
 
 
 def turn_back(matrix: Matrix, vector: Vector) -> Vector:

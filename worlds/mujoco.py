@@ -15,10 +15,11 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from worlds.geometry import Matrix, Vector, subtract, turn, turn_back
+from worlds.errors import UnknownNameError
+from worlds.geometry import Vector, subtract, turn, turn_back
 from worlds.motion import PlanarVelocity
-from worlds.mujoco_builder import BOX_GROUP, FLOOR_GROUP, GRAVITY_M_S2, build, import_mujoco
-from worlds.rigid import Closed, RigidWorld, level, matrix_of
+from worlds.mujoco_builder import BOX_GROUP, FLOOR_GROUP, build, import_mujoco
+from worlds.rigid import Closed, RigidWorld, Turned, level, new, turned
 from worlds.scenes import Scene
 from worlds.vehicles import Vehicle
 from worlds.world import Contact, JointState, World
@@ -37,29 +38,39 @@ class MujocoWorld(RigidWorld):
 
     name = "mujoco"
 
-    _rows: dict[str, int]
-    """Of each joint whose motor has any torque, which constraint is its own."""
+    _motors: list[tuple[int, int]]
+    """Of each joint whose motor has any torque, its number and that of the motor's constraint."""
+    _driven: list[tuple[str, int, int, float, int]]
+    """Each joint, its numbers among positions and speeds, the torque that turns it, its motor's constraint or -1."""
+    _touching: Any
+    """Of each contact of the last step its two geometries; there are none once the vehicle is placed."""
+    _touched: Any
+    """Of each contact the part."""
 
     def __init__(self, scene: Scene, vehicle: Vehicle, step_hz: int) -> None:
         super().__init__(scene, vehicle, step_hz)
         self._engine = mujoco = _import()
         built = build(mujoco, scene, vehicle, step_hz)
-        self._model, self._parts, self._others, self._joints = built.model, built.parts, built.others, built.joints
+        self._model, self._pairs = built.model, built.pairs
+        # As their constraints stand.
+        self._joints = dict(sorted(built.joints.items(), key=lambda joint: joint[1]))
         self._data: Any = mujoco.MjData(self._model)
         # Views that stay; each look for one of them would cost as much as reading it.
-        self._positions, self._speeds, self._contact = self._data.qpos, self._data.qvel, self._data.contact
-        self._limits = self._model.dof_frictionloss
-        self._by_dof = sorted((dof, joint) for joint, (_, dof) in self._joints.items())
-        self._geoms = {
-            part.name: frozenset(number for number, name in enumerate(built.parts) if name == part.name)
-            for part in vehicle.parts
-        }
+        self._positions, self._speeds, self._contacts = self._data.qpos, self._data.qvel, self._data.contact
+        self._base, self._base_speeds = self._positions[:7], self._speeds[:6]
+        self._frictionloss = self._model.dof_frictionloss
         self._fixed = vehicle.parts[0].mass_kg == 0
-        self._rows = {}
-        self._applied_nm: dict[str, float] = {}
-        self._aims: list[tuple[int, float]] = []
-        self._touching: list[list[int]] | None = None
-        self._start()
+        self._part_names = frozenset(part.name for part in vehicle.parts)
+        self._start(self._joints)
+
+    def contacts(self, part: str | None = None) -> tuple[Contact, ...]:
+        """Return where the vehicle touched something in the last step."""
+        touched = self._touched
+        if part is None or part in touched:
+            return tuple(self._contact(number) for number, name in enumerate(touched) if part in (None, name))
+        if part not in self._part_names:
+            raise UnknownNameError("part", part, self._part_names)
+        return ()
 
     def cast(self, starts_m: Sequence[Vector], ends_m: Sequence[Vector], *, floor: bool = False) -> list[float]:
         """Cast rays; the vehicle never stops one. Those that begin at one place, one after the other, are one call."""
@@ -85,18 +96,20 @@ class MujocoWorld(RigidWorld):
     def push(self, yaw_rad: float, velocity: PlanarVelocity) -> None:
         """Give the vehicle, which heads there, a velocity; see `worlds.motion.Carried`."""
         del yaw_rad
-        self._speeds[:6] = (velocity.x_m_s, velocity.y_m_s, 0.0, 0.0, 0.0, velocity.yaw_rad_s)
+        self._base_speeds[:] = (velocity.x_m_s, velocity.y_m_s, 0.0, 0.0, 0.0, velocity.yaw_rad_s)
         self._forget()
 
     def _give_up(self) -> None:
-        self._data = self._model = self._positions = self._speeds = self._contact = self._limits = Closed()
-        self._touching = None
+        self._data = self._model = self._positions = self._speeds = self._contacts = self._frictionloss = Closed()
+        self._base = self._base_speeds = self._touching = Closed()
+        self._touched = Closed()
 
     def _put_at_rest(self, where_m: Vector, yaw_rad: float) -> None:
         self._put(where_m, yaw_rad)
         self._speeds[:] = 0.0
         self._data.qacc_warmstart[:] = 0.0
         self._engine.mj_forward(self._model, self._data)
+        self._touching = self._touched = []
 
     def _put(self, where_m: Vector, yaw_rad: float) -> None:
         sine, cosine = level(yaw_rad)
@@ -104,99 +117,85 @@ class MujocoWorld(RigidWorld):
             self._data.mocap_pos[0] = where_m
             self._data.mocap_quat[0] = (cosine, 0.0, 0.0, sine)
         else:
-            self._positions[:7] = (*where_m, cosine, 0.0, 0.0, sine)
-
-    def _send(self) -> None:
-        if self._commands_changed:
-            self._rows, self._aims = {}, []
-            for dof, joint in self._by_dof:
-                speed_rad_s, torque_nm = self._commands[joint]
-                self._limits[dof] = torque_nm
-                if torque_nm:
-                    row = self._rows[joint] = len(self._rows)
-                    if speed_rad_s:  # the constraint's own aim is to stand still at the end of the step
-                        self._aims.append((row, speed_rad_s * self.step_hz))
-            self._commands_changed = False
-        if self._torques_changed:
-            for dof, joint in self._by_dof:
-                self._data.qfrc_applied[dof] = self._torques_nm.get(joint, 0.0)
-            self._applied_nm = dict(self._torques_nm)
-            self._torques_changed = False
+            self._base[:] = (*where_m, cosine, 0.0, 0.0, sine)
 
     def _advance(self) -> None:
-        engine, model, data = self._engine, self._model, self._data
+        engine, model, data, contacts = self._engine, self._model, self._data, self._contacts
+        if self._limits_changed:
+            self._send()
+        hz, pairs, aims_rad_s = self.step_hz, self._pairs, self._aims_rad_s
         _warnings.clear()
         try:
             engine.mj_step1(model, data)
-            wanted = data.efc_aref
-            for row, change in self._aims:
-                wanted[row] += change
-            self._keep_down(wanted)
+            wanted, slips = data.efc_aref, data.efc_vel.tolist()
+            for number, row in self._motors:
+                if aims_rad_s[number]:  # the constraint's own aim is to stand still at the end of the step
+                    wanted[row] += aims_rad_s[number] * hz
+            self._touching = touching = contacts.geom.tolist()
+            self._touched = touched = []
+            # After the motors' three for each contact; one that just does not touch has none.
+            rows = range(len(self._motors), len(slips), 3)
+            if len(rows) != len(touching):
+                rows = contacts.efc_address.tolist()
+            for number, row in enumerate(rows):
+                one, other = touching[number]
+                part, _, friction, stops_m_s = pairs[one, other]
+                touched.append(part)
+                if row >= 0:
+                    # What friction stops within this step does not slide: it lags by a step.
+                    slides_m_s = math.hypot(slips[row + 1], slips[row + 2])
+                    if slides_m_s > stops_m_s:
+                        wanted[row] -= friction * slides_m_s * hz
             engine.mj_step2(model, data)
         except engine.FatalError as problem:
             self._lost(str(problem))
-        self._touching = None
         if _warnings:
             self._lost(_warnings[0])
 
-    def _keep_down(self, wanted: Any) -> None:
-        """Ask contacts for so much less speed as sliding would let them rise by; how fast they slide is carried on.
-
-        What friction stops within this step, under the vehicle's own weight, does not slide: it lags by a step.
-        """
-        speeds, contact, stops_m_s = self._data.efc_vel.tolist(), self._contact, GRAVITY_M_S2 / self.step_hz
-        for row, friction in zip(contact.efc_address.tolist(), contact.friction[:, 0].tolist(), strict=True):
-            if row >= 0:
-                slides_m_s = math.hypot(speeds[row + 1], speeds[row + 2])
-                if slides_m_s > friction * stops_m_s:
-                    wanted[row] -= friction * slides_m_s * self.step_hz
+    def _send(self) -> None:
+        self._limits_changed, self._motors, self._driven = False, [], []
+        for number, (joint, (place, dof)) in enumerate(self._joints.items()):
+            limit_nm, torque_nm = self._limits_nm[number], self._torques_nm[number]
+            self._frictionloss[dof], self._data.qfrc_applied[dof] = limit_nm, torque_nm
+            row = len(self._motors) if limit_nm else -1
+            if limit_nm:
+                self._motors.append((number, row))
+            self._driven.append((joint, place, dof, torque_nm, row))
 
     def _read_joints(self) -> dict[str, JointState]:
         angles, speeds = self._positions.tolist(), self._speeds.tolist()
-        torques = dict.fromkeys(self._joints, 0.0)
-        if self.step_index > 0 and not self._placed:
-            torques |= self._applied_nm
-            forces = self._data.efc_force
-            for joint, row in self._rows.items():
-                torques[joint] += forces.item(row)
-        return {
-            joint: JointState(angle_rad=angles[position], speed_rad_s=speeds[dof], torque_nm=torques[joint])
-            for joint, (position, dof) in self._joints.items()
-        }
+        if self._placed:
+            return {joint: JointState(angles[place], speeds[dof], 0.0) for joint, (place, dof) in self._joints.items()}
+        forces, states = self._data.efc_force.tolist(), {}
+        forces.append(0.0)  # of a joint without a motor
+        for joint, place, dof, torque_nm, row in self._driven:
+            states[joint] = new(JointState, (angles[place], speeds[dof], torque_nm + forces[row]))
+        return states
 
-    def _read_frame(self) -> tuple[Vector, Matrix]:
+    def _read_place(self) -> tuple[Vector, Turned]:
         if self._fixed:
-            where, (w, x, y, z) = tuple(self._data.mocap_pos[0].tolist()), self._data.mocap_quat[0].tolist()
+            (x_m, y_m, z_m), (w, x, y, z) = self._data.mocap_pos[0].tolist(), self._data.mocap_quat[0].tolist()
         else:
-            where_x, where_y, where_z, w, x, y, z = self._positions[:7].tolist()
-            where = where_x, where_y, where_z
-        return where, matrix_of(x, y, z, w)
+            x_m, y_m, z_m, w, x, y, z = self._base.tolist()
+        return (x_m, y_m, z_m), turned(x, y, z, w)
 
     def _velocity(self) -> tuple[Vector, Vector]:
+        if not self._pose:
+            self._look()
         if self._fixed:
-            self._frame()
             return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-        x_m_s, y_m_s, z_m_s, roll_rad_s, pitch_rad_s, yaw_rad_s = self._speeds[:6].tolist()
+        x_m_s, y_m_s, z_m_s, roll_rad_s, pitch_rad_s, yaw_rad_s = self._base_speeds.tolist()
         # The library has the turn rate along the vehicle's own axes.
-        return (x_m_s, y_m_s, z_m_s), turn(self._frame()[1], (roll_rad_s, pitch_rad_s, yaw_rad_s))
+        return (x_m_s, y_m_s, z_m_s), turn(self._frame, (roll_rad_s, pitch_rad_s, yaw_rad_s))
 
-    def _read_contacts(self, part: str | None) -> tuple[Contact, ...]:
-        if self._touching is None:
-            self._touching = self._contact.geom.tolist()
-        geoms = None if part is None else self._geoms[part]
-        return tuple(
-            self._contact_of(number, one, other)
-            for number, (one, other) in enumerate(self._touching)
-            if geoms is None or one in geoms or other in geoms
-        )
-
-    def _contact_of(self, number: int, one: int, other: int) -> Contact:
-        found, (origin, frame) = self._contact, self._frame()
+    def _contact(self, number: int) -> Contact:
+        (one, other), found, origin = self._touching[number], self._contacts, self.pose().position_m
+        part, met, _, _ = self._pairs[one, other]
         row = found.efc_address.item(number)
         return Contact(
-            part=self._parts[one] or self._parts[other] or "",
-            other=self._others[one] or self._others[other] or "",
-            position_m=turn_back(frame, subtract(tuple(found.pos[number].tolist()), origin)),
+            part=part,
+            other=met,
+            position_m=turn_back(self._frame, subtract(tuple(found.pos[number].tolist()), origin)),
             normal_force_n=self._data.efc_force.item(row) if row >= 0 else 0.0,
         )
 

@@ -82,14 +82,14 @@ class Built:
 
     Attributes:
         model: the library's.
-        parts: the vehicle's part of each geometry, by number; None for the scene's.
-        others: the box of each geometry, or ``floor``; None for the vehicle's.
+        pairs: of each two geometries that can meet, by number in either order: the vehicle's part, the box or
+            ``floor``, the friction, and at what speed of sliding, m/s, it stops them within a step, under the
+            vehicle's own weight.
         joints: of each joint, its number in the vector of positions and in that of speeds.
     """
 
     model: Any
-    parts: tuple[str | None, ...]
-    others: tuple[str | None, ...]
+    pairs: dict[tuple[int, int], tuple[str, str, float, float]]
     joints: dict[str, tuple[int, int]]
 
 
@@ -126,23 +126,25 @@ def build(mujoco: Any, scene: Scene, vehicle: Vehicle, step_hz: int) -> Built:
         for box in scene.boxes:
             _box(mujoco, spec, box)
         frictions = _vehicle(mujoco, spec, vehicle, step_hz)
-        for geom, (_, friction) in frictions.items():
-            for other, surface in surfaces.items():
-                _pair(spec, geom, _scene_name(other), friction * surface, step_hz, touch)
+        meetings = [
+            (geom, _scene_name(other), part, other, max(friction * surface, LEAST_FRICTION))
+            for geom, (part, friction) in frictions.items()
+            for other, surface in surfaces.items()
+        ]
+        for geom, scenery, _, _, friction in meetings:
+            _pair(spec, geom, scenery, friction, step_hz, touch)
         model = spec.compile()
     except ValueError as problem:
         text = " ".join(str(problem).split())
         raise WorldError(f"the physics refused {vehicle.name!r} in scene {scene.name!r}: {text}") from problem
     model.dof_invweight0 *= MOTOR_YIELDS
-    names = [model.geom(number).name for number in range(model.ngeom)]
-    scenery = {_scene_name(name): name for name in surfaces}
+    numbers = {model.geom(number).name: number for number in range(model.ngeom)}
+    pairs = {}
+    for geom, scenery, part, other, friction in meetings:
+        one, another = numbers[geom], numbers[scenery]
+        pairs[one, another] = pairs[another, one] = part, other, friction, friction * (GRAVITY_M_S2 / step_hz)
     joints = {joint: model.joint(joint) for joint in vehicle.joints}
-    return Built(
-        model,
-        tuple(frictions[name][0] if name in frictions else None for name in names),
-        tuple(scenery.get(name) for name in names),
-        {name: (int(joint.qposadr[0]), int(joint.dofadr[0])) for name, joint in joints.items()},
-    )
+    return Built(model, pairs, {name: (int(joint.qposadr[0]), int(joint.dofadr[0])) for name, joint in joints.items()})
 
 
 def _scene_name(name: str) -> str:
@@ -269,7 +271,7 @@ def _pair(spec: Any, geom: str, other: str, friction: float, step_hz: int, touch
         geomname1=geom,
         geomname2=other,
         condim=3,
-        friction=(max(friction, LEAST_FRICTION), max(friction, LEAST_FRICTION), 0.0, 0.0, 0.0),
+        friction=(friction, friction, 0.0, 0.0, 0.0),
         margin=TOUCHING_M,
         solref=_within_a_step(step_hz, touch.hardness, touch.pushed_out),
         solreffriction=_within_a_step(step_hz, touch.hardness),

@@ -8,17 +8,20 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NoReturn
 
 from worlds.errors import UnknownNameError, WorldError
-from worlds.geometry import Matrix, Vector, rotation
+from worlds.geometry import Matrix, Vector
 from worlds.motion import Lead, PlanarPose, PlanarVelocity
 from worlds.scenes import Scene
 from worlds.vehicles import Vehicle
 from worlds.world import CONTACTS, GRAVITY, RAYS, TORQUE, Contact, JointState, Pose, Velocity
 
-__all__ = ["Closed", "RigidWorld", "level", "matrix_of"]
+__all__ = ["Closed", "RigidWorld", "Turned", "level", "new", "turned"]
+
+new = tuple.__new__
+"""Makes a named tuple at half the cost of a call of its class."""
 
 
 class RigidWorld(ABC):
@@ -32,19 +35,24 @@ class RigidWorld(ABC):
 
     _engine: Any
     """The library; `Closed` once the world is closed, so that no call needs a check."""
-    _commands: dict[str, tuple[float, float]]
-    """Each joint's speed to aim at, rad/s, and the most torque to do it with, N·m."""
-    _torques_nm: dict[str, float]
-    _commands_changed: bool
-    _torques_changed: bool
-    """Whether the library has yet to hear of the commands, or of the torques, in force."""
+    _numbers: dict[str, int]
+    """Where each joint stands in the lists of joints, in the library's order; none once the world is closed."""
+    # The commands in force, by joint.
+    _aims_rad_s: list[float]
+    _limits_nm: list[float]
+    """The most torque to reach the aim with."""
+    _torques_nm: list[float]
+    """What turns a joint besides."""
+    _limits_changed: bool
+    """Whether the library has yet to hear of the limits or the torques in force."""
     _placed: bool
     _height_m: float
     # What was read since the last step; None is not read yet.
     _joint_states: dict[str, JointState] | None
     _pose: Pose | None
-    _frame_now: tuple[Vector, Matrix] | None
-    _good: tuple[int, Vector, Matrix]
+    _frame: Matrix
+    """How the vehicle is turned; as old as the pose."""
+    _good: tuple[int, Pose]
     """The last step in which the vehicle was seen to be somewhere, and where that was."""
 
     def __init__(self, scene: Scene, vehicle: Vehicle, step_hz: int) -> None:
@@ -54,27 +62,25 @@ class RigidWorld(ABC):
         self.step_index = 0
         self.motion = vehicle.motion(scene.floor_friction) if vehicle.motion else None
         self._lead = Lead(self.motion, self) if self.motion else None
-        self._part_names = frozenset(part.name for part in vehicle.parts)
         self._frictions_nm = {part.name: part.axle.friction_nm for part in vehicle.parts if part.axle}
-        self._forget()
 
     def step(self) -> None:
         """Advance by one step."""
-        self._send()
-        if self._lead:
-            self._lead.before_step(1 / self.step_hz)
+        lead = self._lead
+        if lead:
+            lead.before_step(1 / self.step_hz)
         self._advance()
         self.step_index += 1
         self._placed = False
-        self._forget()
-        if self._lead:
-            self._lead.after_step()
+        self._joint_states = self._pose = None
+        if lead:
+            lead.after_step()
 
     def command(self, joint: str, speed_rad_s: float, torque_limit_nm: float) -> None:
         """Drive a joint towards a speed with at most this torque."""
         if not (math.isfinite(speed_rad_s) and 0 <= torque_limit_nm < math.inf):
             raise WorldError(f"{joint}: cannot command {speed_rad_s!r} rad/s with {torque_limit_nm!r} N·m")
-        self._set(joint, (speed_rad_s, torque_limit_nm), 0.0)
+        self._set(joint, speed_rad_s, torque_limit_nm, 0.0)
 
     def drive(self, joint: str, torque_nm: float, friction_nm: float | None = None) -> None:
         """Turn a joint by a torque, against its dry friction."""
@@ -82,23 +88,25 @@ class RigidWorld(ABC):
         if not (math.isfinite(torque_nm) and 0 <= dry_nm < math.inf):
             raise WorldError(f"{joint}: cannot drive with {torque_nm!r} N·m against {friction_nm!r} N·m")
         # A motor that aims at speed 0 with a limited torque is dry friction; the driving torque is added to it.
-        self._set(joint, (0.0, dry_nm), torque_nm)
+        self._set(joint, 0.0, dry_nm, torque_nm)
 
     def release(self, joint: str) -> None:
         """Let a joint turn freely but for its dry friction."""
-        self._set(joint, (0.0, self._frictions_nm.get(joint, 0.0)), 0.0)
+        self._set(joint, 0.0, self._frictions_nm.get(joint, 0.0), 0.0)
 
     def joint(self, joint: str) -> JointState:
         """Return a joint's state."""
-        if self._joint_states is None:
-            self._joint_states = self._read_joints()
+        states = self._joint_states
+        if states is None:
+            states = self._read_joints()
+            for angle_rad, speed_rad_s, _ in states.values():
+                if not math.isfinite(angle_rad + speed_rad_s):
+                    self._lost()
+            self._joint_states = states
         try:
-            state = self._joint_states[joint]
+            return states[joint]
         except KeyError:
             raise self._no_joint(joint) from None
-        if not math.isfinite(state.angle_rad + state.speed_rad_s):
-            self._lost()
-        return state
 
     def pose(self) -> Pose:
         """Return where the vehicle is.
@@ -106,42 +114,30 @@ class RigidWorld(ABC):
         Raises:
             WorldError: the physics has lost it: its place is no number any more.
         """
-        if self._pose is None:
-            position, frame = self._frame()
-            self._pose = Pose(
-                position_m=position,
-                yaw_rad=math.atan2(frame[1][0], frame[0][0]),
-                pitch_rad=math.asin(max(-1.0, min(1.0, -frame[2][0]))),
-                roll_rad=math.atan2(frame[2][1], frame[2][2]),
-            )
-        return self._pose
+        return self._pose or self._look()
 
     def velocity(self) -> Velocity:
         """Return how the vehicle moves."""
         if self.motion:
             x_m_s, y_m_s, yaw_rad_s = self.motion.velocity
-            return Velocity(linear_m_s=(x_m_s, y_m_s, 0.0), angular_rad_s=(0.0, 0.0, yaw_rad_s))
-        linear, angular = self._velocity()
-        return Velocity(linear_m_s=linear, angular_rad_s=angular)
+            return Velocity((x_m_s, y_m_s, 0.0), (0.0, 0.0, yaw_rad_s))
+        return new(Velocity, self._velocity())
 
+    @abstractmethod
     def contacts(self, part: str | None = None) -> tuple[Contact, ...]:
         """Return where the vehicle touched something in the last step."""
-        if part is not None and part not in self._part_names:
-            raise UnknownNameError("part", part, self._part_names)
-        # After it was placed the library still lists what was touched at the old place.
-        return () if self._placed else self._read_contacts(part)
 
     def place(self, x_m: float, y_m: float, yaw_rad: float, z_m: float = 0.0) -> None:
         """Put the vehicle down at rest, joints released."""
         if not all(map(math.isfinite, (x_m, y_m, yaw_rad, z_m))):
             raise WorldError(f"cannot place the {self.vehicle.name!r} at {x_m!r}, {y_m!r}, {z_m!r} m, {yaw_rad!r} rad")
         self._put_at_rest((x_m, y_m, z_m), yaw_rad)
-        self._commands = {joint: (0.0, friction) for joint, friction in self._frictions_nm.items()}
-        self._torques_nm = {}
-        self._commands_changed = self._torques_changed = True
+        self._limits_nm = [self._frictions_nm[joint] for joint in self._numbers]
+        self._aims_rad_s, self._torques_nm = [0.0] * len(self._limits_nm), [0.0] * len(self._limits_nm)
+        self._limits_changed = True
         self._placed = True
         self._height_m = z_m
-        self._good = self.step_index, (x_m, y_m, z_m), rotation(yaw_rad)
+        self._good = self.step_index, Pose((x_m, y_m, z_m), yaw_rad)
         if self.motion:
             self.motion.place(PlanarPose(x_m, y_m, yaw_rad))
         self._forget()
@@ -167,26 +163,21 @@ class RigidWorld(ABC):
     def close(self) -> None:
         """Give the world up."""
         if not isinstance(self._engine, Closed):
+            self._forget()
             self._give_up()
             self._engine = Closed()
-            self._commands = {}
-            self._torques_nm = {}
-            self._commands_changed = self._torques_changed = False
+            self._numbers = {}
             self._placed = False
-            self._forget()
 
-    def _start(self) -> None:
-        """Put the vehicle where the scene has it start."""
+    def _start(self, joints: Iterable[str]) -> None:
+        """Put the vehicle, whose joints the library has in this order, where the scene has it start."""
+        self._numbers = {joint: number for number, joint in enumerate(joints)}
         start = self.scene.start
         self.place(start.x_m, start.y_m, start.yaw_rad, start.z_m)
 
     @abstractmethod
-    def _send(self) -> None:
-        """Tell the library the commands in force, before a step."""
-
-    @abstractmethod
     def _advance(self) -> None:
-        """Let the library make one step."""
+        """Tell the library the commands in force, and let it make one step."""
 
     @abstractmethod
     def _put_at_rest(self, where_m: Vector, yaw_rad: float) -> None:
@@ -200,15 +191,12 @@ class RigidWorld(ABC):
     def _read_joints(self) -> dict[str, JointState]: ...
 
     @abstractmethod
-    def _read_frame(self) -> tuple[Vector, Matrix]:
-        """Reference point and rotation matrix."""
+    def _read_place(self) -> tuple[Vector, Turned]:
+        """Read where the reference point is, and how the vehicle is turned."""
 
     @abstractmethod
     def _velocity(self) -> tuple[Vector, Vector]:
         """Of the reference point, and the turn rate; along the scene's axes."""
-
-    @abstractmethod
-    def _read_contacts(self, part: str | None) -> tuple[Contact, ...]: ...
 
     @abstractmethod
     def _give_up(self) -> None:
@@ -218,38 +206,38 @@ class RigidWorld(ABC):
         if len(starts_m) != len(ends_m):
             raise WorldError(f"cannot cast rays: {len(starts_m)} begin and {len(ends_m)} end")
 
-    def _frame(self) -> tuple[Vector, Matrix]:
-        if self._frame_now is None:
-            position, frame = self._read_frame()
-            if not math.isfinite(sum(position) + frame[0][0]):
-                self._lost()
-            self._frame_now = position, frame
-            self._good = self.step_index, position, frame
-        return self._frame_now
+    def _look(self) -> Pose:
+        """Read where the vehicle is."""
+        position, (frame, yaw_rad, pitch_rad, roll_rad) = self._read_place()
+        x_m, y_m, z_m = position
+        if not math.isfinite(x_m + y_m + z_m + yaw_rad):
+            self._lost()
+        self._frame = frame
+        self._pose = pose = new(Pose, (position, yaw_rad, pitch_rad, roll_rad))
+        self._good = self.step_index, pose
+        return pose
 
     def _lost(self, why: str = "its state is no number any more") -> NoReturn:
         """Raise: the physics does not know of the vehicle any more."""
-        step, (x, y, z), frame = self._good
-        where = f"x {x:.3f} m, y {y:.3f} m, z {z:.3f} m, yaw {math.atan2(frame[1][0], frame[0][0]):.3f} rad"
+        step, ((x, y, z), yaw_rad, _, _) = self._good
+        where = f"x {x:.3f} m, y {y:.3f} m, z {z:.3f} m, yaw {yaw_rad:.3f} rad"
         raise WorldError(
             f"physics {self.name!r} lost the {self.vehicle.name!r} in step {self.step_index}: {why}; "
             f"last seen in step {step} at {where}"
         )
 
     def _forget(self) -> None:
-        self._joint_states = None
-        self._pose = None
-        self._frame_now = None
+        self._joint_states = self._pose = None
 
-    def _set(self, joint: str, command: tuple[float, float], torque_nm: float) -> None:
-        if joint not in self._commands:
-            raise self._no_joint(joint)
-        if self._commands[joint] != command:
-            self._commands[joint] = command
-            self._commands_changed = True
-        if torque_nm != self._torques_nm.get(joint, 0.0):
-            self._torques_nm[joint] = torque_nm
-            self._torques_changed = True
+    def _set(self, joint: str, aim_rad_s: float, limit_nm: float, torque_nm: float) -> None:
+        try:
+            number = self._numbers[joint]
+        except KeyError:
+            raise self._no_joint(joint) from None
+        self._aims_rad_s[number] = aim_rad_s
+        if self._limits_nm[number] != limit_nm or self._torques_nm[number] != torque_nm:
+            self._limits_nm[number], self._torques_nm[number] = limit_nm, torque_nm
+            self._limits_changed = True
 
     def _no_joint(self, joint: str) -> WorldError:
         if isinstance(self._engine, Closed):
@@ -277,10 +265,19 @@ def level(yaw_rad: float) -> tuple[float, float]:
     return math.sin(yaw_rad / 2), math.cos(yaw_rad / 2)
 
 
-def matrix_of(x: float, y: float, z: float, w: float) -> Matrix:
-    """Return the rotation matrix of a quaternion."""
-    return (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+Turned = tuple[Matrix, float, float, float]
+"""A rotation matrix, and its yaw, pitch and roll in radians."""
+
+
+def turned(x: float, y: float, z: float, w: float) -> Turned:
+    """Return what a quaternion turns by."""
+    xx, yy, zz, xy, xz, yz, xw, yw, zw = x * x, y * y, z * z, x * y, x * z, y * z, x * w, y * w, z * w
+    ahead_x, ahead_y, ahead_z = 1 - 2 * (yy + zz), 2 * (xy + zw), 2 * (xz - yw)
+    aside_z, up_z = 2 * (yz + xw), 1 - 2 * (xx + yy)
+    frame = (
+        (ahead_x, 2 * (xy - zw), 2 * (xz + yw)),
+        (ahead_y, 1 - 2 * (xx + zz), 2 * (yz - xw)),
+        (ahead_z, aside_z, up_z),
     )
+    pitch_rad = math.asin(-ahead_z if -1.0 <= ahead_z <= 1.0 else -math.copysign(1.0, ahead_z))
+    return frame, math.atan2(ahead_y, ahead_x), pitch_rad, math.atan2(aside_z, up_z)

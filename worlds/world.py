@@ -14,9 +14,8 @@ import importlib
 import importlib.metadata
 import importlib.util
 from collections.abc import Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 from worlds.errors import UnknownNameError, WorldError
 from worlds.motion import PlanarMotion
@@ -36,8 +35,7 @@ _LIBRARIES = MappingProxyType({"bullet": "pybullet", "mujoco": "mujoco"})
 _ENGINES = MappingProxyType({"bullet": ("PyBullet", ("pybullet",)), "mujoco": ("MuJoCo", ("mujoco-core",))})
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JointState:
+class JointState(NamedTuple):
     """A joint: angle in radians, never wrapped; speed in rad/s; torque on it in the last step, N·m.
 
     The torque is what its motor applied; of a driven joint, the driving torque less what dry friction took of it.
@@ -48,8 +46,7 @@ class JointState:
     torque_nm: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Pose:
+class Pose(NamedTuple):
     """Where the vehicle's reference point is and how it is turned.
 
     ``position_m`` is in the scene's frame. The turn is yaw about z, then pitch about the new y (positive lowers the
@@ -62,16 +59,14 @@ class Pose:
     roll_rad: float = 0.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Velocity:
+class Velocity(NamedTuple):
     """Velocity of the vehicle's reference point in m/s and turn rate in rad/s, both in the scene's frame."""
 
     linear_m_s: Vector
     angular_rad_s: Vector
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Contact:
+class Contact(NamedTuple):
     """One point where the vehicle touches something.
 
     Attributes:

@@ -63,7 +63,7 @@ def raw_mujoco_block(mujoco, scene, vehicle):
     model, data = built.model, mujoco.MjData(built.model)
     mujoco.mj_forward(model, data)
     wheels = [built.joints[name] for name in ("wheel_left", "wheel_right")]
-    rings = {number for number, part in enumerate(built.parts) if part in ("bumper_front", "bumper_rear")}
+    rings = {number for number in range(model.ngeom) if model.geom(number).name.startswith("bumper_")}
 
     def block():
         for step in range(STEPS):

@@ -26,6 +26,8 @@ def test_bad_numbers_end_a_run_with_the_last_good_place(open_it, physics, read):
         for _ in range(3):
             world.step()
             world.joint(LEFT) if read == "joint" else getattr(world, read)()
+    with pytest.raises(WorldError):  # and it does not say a number when asked again
+        world.joint(LEFT) if read == "joint" else getattr(world, read)()
     said = str(caught.value)
     assert "\n" not in said
     assert re.match(f"physics '{physics}' lost the 'pioneer-2dx' in step 1[0-3]: ", said)

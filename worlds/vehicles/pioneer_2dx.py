@@ -231,6 +231,7 @@ class Pioneer2dxBody:
     ) -> None:
         self.world = world
         self.parameters = parameters
+        self._rings = (FRONT_BUMPER, _front_center_m(parameters), 1.0), (REAR_BUMPER, _rear_center_m(parameters), -1.0)
         self._discs = tuple(_disc(parameters, pose) for pose in sonar_poses)
 
     def command_wheels(self, left_rad_s: float, right_rad_s: float) -> None:
@@ -261,9 +262,8 @@ class Pioneer2dxBody:
         """
         if CONTACTS not in self.world.capabilities:
             return 0, 0
-        front = self._mask(FRONT_BUMPER, _front_center_m(self.parameters), 1.0)
-        rear = self._mask(REAR_BUMPER, _rear_center_m(self.parameters), -1.0)
-        return front, rear
+        front, rear = self._rings
+        return self._mask(*front), self._mask(*rear)
 
     def sonar_range_m(self, number: int) -> float | None:
         """Fire one disc and return the distance from its face to the nearest echo in its cone, metres.
