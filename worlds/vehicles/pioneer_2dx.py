@@ -23,7 +23,6 @@ from worlds.vehicles.model import (
     DifferentialDrive,
     Part,
     SphereShape,
-    Vector,
     Vehicle,
     WheelShape,
     box_inertia,
@@ -32,6 +31,7 @@ from worlds.vehicles.model import (
     sphere_inertia,
     wheel_inertia,
 )
+from worlds.vehicles.sonar_cone import Disc, disc_at
 from worlds.world import CONTACTS, RAYS, World
 
 LEFT = "wheel_left"
@@ -202,14 +202,6 @@ def _rear_center_m(p: Pioneer2dxParameters) -> float:
     return p.width_m / 2 - p.length_rear_m
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Disc:
-    """The rays of one sonar disc in the vehicle's frame: where they start and where they end at full range."""
-
-    face_m: Vector
-    ends_m: tuple[Vector, ...]
-
-
 class Pioneer2dxBody:
     """What a Pioneer's controller commands and senses, on any world that holds the vehicle.
 
@@ -317,7 +309,7 @@ class Pioneer2dxBody:
         shares = self.world.cast(starts, ends)
         return [share * self.parameters.sonar_range_m if share < 1.0 else math.inf for share in shares]
 
-    def _disc(self, number: int) -> _Disc:
+    def _disc(self, number: int) -> Disc:
         if not 0 <= number < len(self._discs):
             raise UnknownNameError("sonar disc", str(number), map(str, range(len(self._discs))))
         return self._discs[number]
@@ -332,21 +324,6 @@ class Pioneer2dxBody:
         return mask
 
 
-def _disc(p: Pioneer2dxParameters, pose: tuple[float, float, float]) -> _Disc:
+def _disc(p: Pioneer2dxParameters, pose: tuple[float, float, float]) -> Disc:
     x, y, heading = pose
-    face = (x, y, p.sonar_height_m)
-    facing = rotation(heading)
-    ends = tuple(add(face, turn(facing, ray), p.sonar_range_m) for ray in _cone(p.sonar_half_angle_rad))
-    return _Disc(face_m=face, ends_m=ends)
-
-
-def _cone(half_angle_rad: float) -> list[Vector]:
-    """Unit vectors about x: the axis, then left and right, then up and down."""
-    rays: list[Vector] = [(1.0, 0.0, 0.0)]
-    for share in (0.25, 0.5, 0.75, 1.0):
-        along, across = math.cos(share * half_angle_rad), math.sin(share * half_angle_rad)
-        rays += [(along, across, 0.0), (along, -across, 0.0)]
-    for share in (0.5, 1.0):
-        along, across = math.cos(share * half_angle_rad), math.sin(share * half_angle_rad)
-        rays += [(along, 0.0, across), (along, 0.0, -across)]
-    return rays
+    return disc_at((x, y, p.sonar_height_m), heading, p.sonar_half_angle_rad, p.sonar_range_m)

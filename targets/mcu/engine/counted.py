@@ -16,8 +16,8 @@ from targets.mcu.engine.api import Reg, Stop, StopKind
 from targets.mcu.engine.core_engine import CoreEngine
 from targets.mcu.engine.counting_loop import CountingLoop, State, Turns
 from targets.mcu.engine.dataflow import Node
-from targets.mcu.engine.thumb import FLAGS, SP, Follower, NotUnderstood, Place, RegisterRead
-from targets.mcu.engine.thumb_steps import step
+from targets.mcu.engine.follower import FLAGS, SP, Follower, NotUnderstood, Place, RegisterRead
+from targets.mcu.engine.follower_steps import step
 from targets.mcu.engine.timing import FlatTiming
 from targets.mcu.registers import Count
 from targets.mcu.timebase import Timebase

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from targets.mcu.engine.dataflow import WORD, Graph, Node, Value
-from targets.mcu.engine.thumb import SP, Follower, NotUnderstood, Place, RegisterRead
+from targets.mcu.engine.follower import SP, Follower, NotUnderstood, Place, RegisterRead
 
 __all__ = ["CountingLoop", "State", "Turns"]
 

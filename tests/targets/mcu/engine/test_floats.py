@@ -10,9 +10,9 @@ from targets.mcu.bus import Bus
 from targets.mcu.cortexm.kinds import CORTEX_M7
 from targets.mcu.engine.api import Access, FaultKind, FloatAccess, Reg, StopKind
 from targets.mcu.engine.core_engine import CoreEngine
+from targets.mcu.engine.follower import Follower, NotUnderstood
+from targets.mcu.engine.follower_steps import step
 from targets.mcu.engine.idle import IdleSkipper
-from targets.mcu.engine.thumb import Follower, NotUnderstood
-from targets.mcu.engine.thumb_steps import step
 from targets.mcu.engine.timing import make_timing
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Notes

@@ -1,4 +1,4 @@
-"""Random instructions of those that `targets.mcu.engine.thumb` follows, without branches."""
+"""Random instructions of those that `targets.mcu.engine.follower` follows, without branches."""
 
 from __future__ import annotations
 

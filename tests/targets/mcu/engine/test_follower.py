@@ -10,8 +10,8 @@ from hypothesis import event, given, reject, settings
 from hypothesis import strategies as st
 
 from targets.mcu.engine.api import Reg
-from targets.mcu.engine.thumb import FLAGS, Follower, NotUnderstood
-from targets.mcu.engine.thumb_steps import step
+from targets.mcu.engine.follower import FLAGS, Follower, NotUnderstood
+from targets.mcu.engine.follower_steps import step
 from tests.share import examples
 from tests.targets.mcu.engine.conftest import Machine
 from tests.targets.mcu.engine.thumb_code import BASE, BASE_REGISTER, NARROW, WIDE, stretches

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from targets.mcu.engine.thumb import Follower, is_wide
-from targets.mcu.engine.thumb_narrow import follow_narrow
-from targets.mcu.engine.thumb_wide import follow_wide
+from targets.mcu.engine.follower import Follower, is_wide
+from targets.mcu.engine.follower_narrow import follow_narrow
+from targets.mcu.engine.follower_wide import follow_wide
 
 __all__ = ["step"]
 

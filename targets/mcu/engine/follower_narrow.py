@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from targets.mcu.engine.dataflow import Node
-from targets.mcu.engine.thumb import LR, PC, SP, C, Follower, NotUnderstood
+from targets.mcu.engine.follower import LR, PC, SP, C, Follower, NotUnderstood
 
 __all__ = ["follow_narrow"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from targets.mcu.engine.dataflow import Node
-from targets.mcu.engine.thumb import PC, C, Follower, NotUnderstood
+from targets.mcu.engine.follower import PC, C, Follower, NotUnderstood
 
 __all__ = ["expand", "follow_wide"]
 
