@@ -5,24 +5,45 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
+from hilbench.bench.timed_reader import TimedReader
 from hilbench.clock import NS_PER_S
 from protocols.common.decoding import Decoder
 from protocols.common.item_words import said
 from protocols.common.items import Kind
 
-__all__ = ["Passed", "Written", "in_order", "in_words", "words_of"]
+__all__ = ["Passed", "Written", "in_order", "in_words", "silence", "words_of"]
 
 Passed = tuple[int, str]
 """Bench time in ns, and what passed then, in words."""
 
 _LONGEST_WORDS, _LONGEST_BYTES = 120, 64
 _WRITES_KEPT = 4
+_SILENCE_NS = NS_PER_S // 2
+"""A line is called silent after this time (choice): five times the usual 100 ms between reports."""
 
 
 def in_words(at_ns: int, words: str) -> str:
     """Return a line of a report."""
     return f"{at_ns / NS_PER_S:10.4f} s  {words}"
+
+
+def silence(now_ns: int, reader: TimedReader[Any], *, frames: bool) -> list[str]:
+    """Return a line that says what did not come, if there is anything to be said.
+
+    Args:
+        now_ns: bench time.
+        reader: counts what came.
+        frames: frames, or bytes that are none, are shown.
+    """
+    if not reader.bytes_received:
+        return [in_words(now_ns, "nothing received")]
+    texts = [] if frames else [f"no frame received ({reader.bytes_received} bytes in all)"]
+    silent_ns = now_ns - reader.last_byte_ns
+    if silent_ns >= _SILENCE_NS:
+        texts.append(f"nothing received for {silent_ns / NS_PER_S:.1f} s")
+    return [in_words(now_ns, "; ".join(texts))] if texts else []
 
 
 def in_order(*passed: Iterable[Passed]) -> Sequence[Passed]:

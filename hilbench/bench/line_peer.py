@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from hilbench.bench import Bench
-from hilbench.bench.line_evidence import Passed, Written, in_order, in_words, words_of
+from hilbench.bench.line_evidence import Passed, Written, in_order, in_words, silence, words_of
 from hilbench.bench.timed_reader import TimedReader
 from hilbench.clock import NS_PER_S
 from hilbench.errors import AwayError, UnavailableError
@@ -162,9 +162,8 @@ class LinePeer(ABC, Generic[MessageT]):
 
     def evidence(self, mark: int | None = None) -> Sequence[str]:
         """Return what passed last as lines for a report; see `passed`."""
-        nothing = not self.received[mark or 0 :] and not self.dropped
         lines = [in_words(at_ns, words) for at_ns, words in self.passed(mark or 0)]
-        return [*lines, *([f"nothing received ({self.bytes_received} bytes in all)"] if nothing else [])]
+        return [*lines, *self.silence(mark or 0)]
 
     def passed(self, mark: int = 0) -> Sequence[Passed]:
         """Return what passed last, in the order of time.
@@ -175,6 +174,11 @@ class LinePeer(ABC, Generic[MessageT]):
         received = [(got.at_ns, self.heard(got)) for got in self.received[mark:][-_EVIDENCE_PACKETS:]]
         dropped = [*zip(self._dropped_ns, map(self._refused, self.dropped), strict=True)][-_EVIDENCE_DROPS:]
         return in_order(received, dropped, self._written.passed(self._decoder(sent=True)))
+
+    def silence(self, mark: int = 0) -> Sequence[str]:
+        """Return a line that says what did not come, if there is anything to be said."""
+        frames = bool(self.received[mark:] or self.dropped)
+        return silence(self.bench.now_ns, self._timed, frames=frames)
 
     def heard(self, got: Received[MessageT]) -> str:
         """Return a packet in words."""

@@ -53,7 +53,7 @@ def test_what_is_written_again_and_again_is_one_line(rig):
         rig.peer.run(0.5)
     assert [line.strip() for line in rig.peer.evidence()] == [
         "9.5000 s  >  REQUEST_TMY  [50 4B 54 21 01 00 E1 F0 0A], 20 times since 0.0000 s",
-        "nothing received (0 bytes in all)",
+        "10.0000 s  nothing received",
     ]
 
 
@@ -69,9 +69,10 @@ def test_what_is_refused_stands_where_it_came(rig):
 def test_only_what_came_since_a_mark_but_what_was_sent_before(rig):
     rig.hear(REPORT)
     rig.peer.write(LED_OFF)
+    rig.peer.run(0.75)
     (sent, nothing) = rig.peer.evidence(rig.peer.mark())
     assert "LED_OFF" in sent
-    assert nothing == f"nothing received ({len(REPORT)} bytes in all)"
+    assert nothing.endswith(f"0.8500 s  no frame received ({len(REPORT)} bytes in all); nothing received for 0.8 s")
 
 
 def test_the_last_of_many(rig):
@@ -85,7 +86,7 @@ def test_the_last_of_many(rig):
 def test_settling_forgets_what_was_sent(rig):
     rig.peer.write(LED_OFF)
     rig.peer.forget()
-    assert rig.peer.evidence() == ["nothing received (0 bytes in all)"]
+    assert rig.peer.evidence() == ["    0.0000 s  nothing received"]
 
 
 @each("data, words", [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from itertools import groupby
 
@@ -13,6 +14,8 @@ from hilbench.judging.verdicts import Verdict
 
 _EVIDENCE_LINES = 16
 _MOST_CASES = 4
+_MOST_CAUSES, _FEW = 3, 3
+"""How many common causes are named, and of how many clauses one has to be (choice)."""
 _PLAIN_WIDTH = 10_000
 
 _STYLES = {
@@ -38,10 +41,10 @@ def render(report: Report, *, colours: bool, width: int | None, quiet: bool = Fa
     lines = [] if quiet else [headline(report.bench, report.seed, report.hilbench), ""]
     for suite, clauses in groupby([] if quiet else report.clauses, key=lambda clause: clause.suite):
         lines += [*_suite(suite, list(clauses), colours, width or _PLAIN_WIDTH), ""]
-    for verdicts in ({Verdict.FAIL, Verdict.ERROR}, {Verdict.INCONCLUSIVE}):
-        for clause in report.clauses:
-            if clause.verdict in verdicts:
-                lines += [*_account(clause, colours), ""]
+    first: dict[str, ClauseResult] = {}
+    for clause in _accounted(report):
+        known = first.setdefault(clause.cause or clause.id, clause)
+        lines += [*(_account(clause, colours) if known is clause else _again(clause, known, colours)), ""]
     summary = _summary(report, colours)
     last = 2 if report.stopped else 1
     return "\n".join([*lines, *(summary[-last:] if quiet else summary)])
@@ -98,12 +101,42 @@ def _joined(row: Sequence[str], widths: Sequence[int], width: int) -> str:
     return line if len(line) <= width else f"{line[: width - 1]}…"
 
 
-def _account(clause: ClauseResult, colours: bool) -> list[str]:
+def _accounted(report: Report) -> list[ClauseResult]:
+    """Return the clauses with an account: what failed, then what the bench cannot tell."""
+    groups = ({Verdict.FAIL, Verdict.ERROR}, {Verdict.INCONCLUSIVE})
+    return [clause for verdicts in groups for clause in report.clauses if clause.verdict in verdicts]
+
+
+def _head(clause: ClauseResult, colours: bool) -> str:
     word = word_for(clause)
+    return f"{_painted(word.upper(), _STYLES[word], colours)} {clause.id} ({clause.level}) {clause.title}"
+
+
+def _again(clause: ClauseResult, known: ClauseResult, colours: bool) -> list[str]:
+    """Return the account of a clause whose cause stands further up."""
+    return [
+        _head(clause, colours),
+        f"  cause      as {known.id}: {clause.mark}{clause.cause}",
+        f"  reproduce  {clause.reproduce}",
+    ]
+
+
+def _common(report: Report) -> list[str]:
+    """Return what several clauses have as their cause: what is behind them may be one defect."""
+    accounted = _accounted(report)
+    causes = Counter(clause.cause for clause in accounted)
+    return [
+        f"one cause of {count} of {len(accounted)}: {cause} ({next(one.id for one in accounted if one.cause == cause)})"
+        for cause, count in causes.most_common(_MOST_CAUSES)
+        if count >= _FEW and cause
+    ]
+
+
+def _account(clause: ClauseResult, colours: bool) -> list[str]:
     more = len(clause.evidence) - _EVIDENCE_LINES
     evidence = list(clause.evidence[:_EVIDENCE_LINES]) + ([f"and {more} lines more (--json FILE)"] if more > 0 else [])
     return [
-        f"{_painted(word.upper(), _STYLES[word], colours)} {clause.id} ({clause.level}) {clause.title}",
+        _head(clause, colours),
         f"  cause      {clause.mark}{clause.cause}",
         f"  clause     {clause.text}",
         f"  source     {clause.source}",
@@ -133,6 +166,7 @@ def _summary(report: Report, colours: bool) -> list[str]:
     speed = f", {report.bench_time_s / report.host_time_s:.1f} times real time" if report.host_time_s else ""
     code = ExitCode(report.exit_code)
     lines = [
+        *_common(report),
         counted(report.counts),
         f"{count}, {report.bench_time_s:.1f} s of bench time in {report.host_time_s:.1f} s{speed}",
         *footer.lines(report),

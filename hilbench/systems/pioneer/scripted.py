@@ -20,7 +20,7 @@ from functools import partial
 from itertools import islice
 
 from hilbench.bench import Bench, to_ns
-from hilbench.bench.line_evidence import Written, in_order, in_words, words_of
+from hilbench.bench.line_evidence import Written, in_order, in_words, silence, words_of
 from hilbench.bench.timed_reader import TimedReader
 from hilbench.clock import NS_PER_S, EventClass
 from hilbench.judging.judge import at_most
@@ -201,9 +201,9 @@ class ScriptedServer:
         """Return the latest frames and what was dropped, as lines for a report."""
         heard = [(got.at_ns, f"<  {_in_words(got)}") for got in self.received[-_EVIDENCE_LINES:]]
         passed = in_order(heard, self._written.passed(decoder(NoOptions(), "target")))
-        lines = [in_words(*one) for one in passed] if heard or self.dropped else []
+        lines = [in_words(*one) for one in passed]
         lines += [f"dropped ({drop.reason.name})  {drop.data[:32].hex(' ').upper()}" for drop in self.dropped[-2:]]
-        return lines or [f"nothing heard ({self.bytes_received} bytes in all)"]
+        return [*lines, *silence(self.bench.now_ns, self._reader, frames=bool(heard or self.dropped))]
 
     def uncertainty_s(self, since_ns: int) -> float:
         """Return how far off times on this bench may be, over what happened since ``since_ns``; see `Bench`."""

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from hilbench.bench import Bench
-from hilbench.bench.line_evidence import Written, in_order, in_words, words_of
+from hilbench.bench.line_evidence import Written, in_order, in_words, silence, words_of
 from hilbench.bench.timed_reader import TimedReader
 from hilbench.links import Port
 from protocols.pkt import (
@@ -131,9 +131,9 @@ class ScriptedRover:
             (got.at_ns, f"<  {words_of(got.raw, decoder(decode, 'host'))}") for got in self.received[-_EVIDENCE_LINES:]
         ]
         passed = in_order(heard, self._written.passed(decoder(decode, "target")))
-        lines = [in_words(*one) for one in passed] if heard or self.dropped else []
+        lines = [in_words(*one) for one in passed]
         lines += [f"dropped ({drop.reason.name})  {drop.data[:32].hex(' ').upper()}" for drop in self.dropped[-2:]]
-        return lines or [f"nothing heard ({self.bytes_received} bytes in all)"]
+        return [*lines, *silence(self.bench.now_ns, self._reader, frames=bool(heard or self.dropped))]
 
     def wait(self, condition: Callable[[], bool], within_s: float) -> bool:
         """Let time pass until something holds; say whether it does."""

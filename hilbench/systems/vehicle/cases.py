@@ -99,7 +99,7 @@ class VehicleCase(CaseBase):
         ends: dict[str, LinePeer[Any]] = {SIMULATOR_LINE: self.simulator, STACK_LINE: self.stack}
         lines = [(at_ns, f"{name:9} {words}") for name, peer in ends.items() for at_ns, words in peer.passed()]
         shown = [in_words(*line) for line in in_order(lines)][-_LINES_SHOWN:]
-        return [*shown, *(f"{name}: nothing received" for name, peer in ends.items() if not peer.bytes_received)]
+        return [*shown, *(f"{name} {line.lstrip()}" for name, peer in ends.items() for line in peer.silence())]
 
 
 class VirtualVehicleCase(VehicleCase):

@@ -80,6 +80,24 @@ def test_of_a_clause_with_several_cases_those_are_named_that_fail(check):
     assert report.clauses[0].verdict_case_ids == ("panel/answers[two]", "panel/answers[three]")
 
 
+def test_one_cause_of_many_clauses_is_told_once(check):
+    clauses = "\n".join(f"""
+        @my("A{number}")
+        def test_{number}(bench):
+            raise Violation("it is deaf" if {number} != 2 else "it is slow", ["the bytes of {number}"])
+        """ for number in (1, 2, 3, 4))  # fmt: skip
+    report = check(clauses)
+    text = matrix.render(report, colours=False, width=None)
+    assert "one cause of 3 of 4: it is deaf (A1)\n" in text
+    assert [number for number in (1, 2, 3, 4) if f"the bytes of {number}" in text] == [1, 2]
+    assert "\n  cause      it is deaf\n" in text
+    for clause in ("A3", "A4"):
+        account = text[text.index(f"FAIL {clause} ") :].partition("\n\n")[0].splitlines()
+        assert account[1:2] == ["  cause      as A1: it is deaf"]
+        assert account[2].startswith("  reproduce  hilbench check ")
+        assert len(account) == 3
+
+
 def test_colours_change_nothing_but_colours(report):
     plain = matrix.render(report, colours=False, width=None)
     coloured = matrix.render(report, colours=True, width=None)
