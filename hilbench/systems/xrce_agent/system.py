@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from hilbench.plugins.system import API, ModelKind, System
@@ -11,8 +11,11 @@ from hilbench.systems.xrce_agent.settings import AgentSettings
 if TYPE_CHECKING:
     from hilbench.bench import Bench
     from hilbench.bench.served_targets import ServedTarget
+    from hilbench.bench.shared import Shared
     from hilbench.benchfile.bench_file import BenchFile
+    from hilbench.judging.provider import BenchProvider
     from hilbench.links import Port
+    from hilbench.terminal.options import TargetChoice
 
 __all__ = ["LINES", "XRCE_AGENT"]
 
@@ -33,8 +36,25 @@ class XrceAgent(System):
         from hilbench.systems.xrce_agent.protocol import BAUD
 
         return {
-            self.name: ModelKind(settings=AgentSettings, protocol="DDS-XRCE", suites=(), baud=BAUD, lines=LINES),
+            self.name: ModelKind(
+                settings=AgentSettings,
+                protocol="DDS-XRCE",
+                suites=("xrce-agent",),
+                baud=BAUD,
+                lines=LINES,
+                bench="xrce-agent",
+            ),
         }
+
+    def provider(self, shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider:
+        """See `System`; the checker is the client at one line."""
+        from hilbench.bench.protocol_providers import AttachedPeerProvider, DeviceProvider
+        from hilbench.bench.target_choice import only_port
+        from hilbench.systems.xrce_agent.protocol import XRCE
+
+        if choices:
+            return AttachedPeerProvider(shared, only_port(shared, choices).spec, XRCE)
+        return DeviceProvider(shared, XRCE)
 
     def served(self, bench_file: BenchFile, *, scene: str | None, baud: int | None, seed: int) -> ServedTarget:
         """See `System`; its clock is the host's, unless the bench file says otherwise."""
