@@ -41,10 +41,11 @@ class AgentOnLine:
 
     Args:
         settings: as in a bench file.
+        epoch_ns: what its clock says at bench time 0 where the settings do not say it, in ns.
     """
 
-    def __init__(self, settings: AgentSettings) -> None:
-        self.service = agent_of(settings, (_LINE,))
+    def __init__(self, settings: AgentSettings, *, epoch_ns: int = 0) -> None:
+        self.service = agent_of(settings, (_LINE,), epoch_ns=epoch_ns)
 
     @property
     def observed(self) -> Session:

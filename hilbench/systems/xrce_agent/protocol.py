@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from hilbench.plugins.protocol import API, Device, ProtocolPlugin
 from hilbench.systems.xrce_agent.settings import AgentSettings
 from protocols.common.clause import Clause
+from protocols.common.decoding import NoOptions
 from protocols.xrce import decoding
 
 if TYPE_CHECKING:
@@ -23,6 +24,12 @@ def _clauses() -> Sequence[Clause]:
     from protocols.xrce.clauses import CLAUSES
 
     return CLAUSES
+
+
+def _board(settings: NoOptions) -> SerialDevice:
+    from hilbench.systems.xrce_agent.board import SpeedBoard
+
+    return SpeedBoard(settings)
 
 
 def _agent(settings: AgentSettings) -> SerialDevice:
@@ -42,6 +49,7 @@ XRCE = ProtocolPlugin(
     regions=decoding.regions,
     clauses=_clauses,
     device=Device(make=_agent, settings=AgentSettings, resting=frozenset({"HEARTBEAT"})),
+    host=Device(make=_board, resting=frozenset({"HEARTBEAT"})),
     longest_frame=2 * 1024,
     baud=BAUD,
 )

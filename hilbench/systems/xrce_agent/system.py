@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from hilbench.bench.served_targets import ServedTarget
     from hilbench.bench.shared import Shared
     from hilbench.benchfile.bench_file import BenchFile
+    from hilbench.driving.rig import Rig
     from hilbench.judging.provider import BenchProvider
     from hilbench.links import Port
     from hilbench.terminal.options import TargetChoice
@@ -55,6 +56,19 @@ class XrceAgent(System):
         if choices:
             return AttachedPeerProvider(shared, only_port(shared, choices).spec, XRCE)
         return DeviceProvider(shared, XRCE)
+
+    def rig(self, bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
+        """See `System`; a board of ours is the agent's client."""
+        from hilbench.protocol_bench.system import ProtocolSystem
+        from hilbench.systems.xrce_agent.protocol import XRCE
+
+        return ProtocolSystem(XRCE).rig(bench, bench_file, seed=seed)
+
+    def attached_rig(self, bench: Bench, bench_file: BenchFile, ports: Mapping[str, str], *, seed: int) -> Rig:
+        """See `System`; what is at the port is a client, and ours is the agent."""
+        from hilbench.systems.xrce_agent.live import attached_agent
+
+        return attached_agent(bench, bench_file, ports[""], seed=seed)
 
     def served(self, bench_file: BenchFile, *, scene: str | None, baud: int | None, seed: int) -> ServedTarget:
         """See `System`; its clock is the host's, unless the bench file says otherwise."""
