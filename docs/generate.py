@@ -73,6 +73,7 @@ def pages() -> Mapping[str, str]:
         "carla/clauses.md": carla_pages.clauses_page(_table),
         "xrce/states.md": xrce_pages.states_page(_machine),
         "xrce/submessages.md": xrce_pages.submessages_page(_table),
+        "xrce/clauses.md": xrce_pages.clauses_page(_suites),
         "fidelity.md": fidelity_page(),
         **{page: registers_page(chip) for page, chip in CHIPS.items()},
         "bluepill-clauses.md": bluepill_page(),

@@ -6,6 +6,8 @@ import dataclasses
 from collections.abc import Callable, Iterable, Sequence
 
 from protocols import xrce
+from protocols.common.clause import Clause
+from protocols.xrce.clauses import CLAUSES
 
 TableMaker = Callable[[Sequence[str], Iterable[Sequence[str]]], str]
 IDS = {"request_id": 10, "object_id": 0x15}
@@ -38,6 +40,16 @@ def states_page(machine: Callable[[str, xrce.Table], str]) -> str:
         + machine("The client", xrce.CLIENT_TABLE)
         + "\n"
         + machine("The agent", xrce.AGENT_TABLE)
+    )
+
+
+def clauses_page(suites: Callable[[Sequence[Clause]], str]) -> str:
+    """Every clause."""
+    return (
+        "# What an agent of DDS-XRCE must do\n\n"
+        "`hilbench check xrce-agent` checks our agent; with `--target serial:PORT` or `--target socket://HOST:PORT` it "
+        "checks another one that takes serial frames there. The checker is its client. A *should* that fails warns, "
+        "and fails with `--strict`.\n\n" + suites(CLAUSES)
     )
 
 

@@ -23,9 +23,12 @@ class ServedTarget:
         make: brings it to life at the far ends of these lines, and returns how to end it.
         source: its source in the journal, where it has one line alone; empty else.
         may_be_open: nothing is missing where some of its lines lead nowhere.
+        one_client: a line makes sense with one client at a time: another one is turned away, unless the newest is to
+            take over.
     """
 
     lines: Mapping[str, int]
     make: Callable[[Bench, Mapping[str, Port]], Callable[[], None]]
     source: str = ""
     may_be_open: bool = False
+    one_client: bool = False

@@ -23,7 +23,7 @@ hilbench serve pioneer --pty ./p2 --hangup ignore           the robot is not not
 hilbench serve rover-model --rfc2217 4000                   a client opens rfc2217://localhost:4000
 hilbench serve rover-model --pty ./rover                    the PKT! rover, behavioural
 hilbench serve vehicle-model --pty usart2=./simulator --pty usart3=./stack
-hilbench serve xrce-agent --pty ./board --tcp line2=8888    micro-ROS: a client at a serial port, one at a socket
+hilbench serve xrce-agent --pty ./board --tcp 8888          micro-ROS: a client at a serial port, one at a socket
 hilbench serve my-bench.toml --tcp 0.0.0.0:8101 --journal served.jsonl
 """
 

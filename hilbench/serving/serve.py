@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 from hilbench.bench import Bench
@@ -30,7 +31,7 @@ from hilbench.serving import (
 from hilbench.serving.bench_faults import with_faults
 from hilbench.serving.doors import LastingLine, SharedDoor
 from hilbench.serving.served_model import served_target
-from hilbench.terminal.options import DoorWish, ServeOptions
+from hilbench.terminal.options import Clients, DoorWish, ServeOptions
 
 
 def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
@@ -51,7 +52,9 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
     if not options.doors:
         raise UsageError("no endpoint", where="hilbench serve", hint="add --pty PATH, --tcp PORT or --rfc2217 PORT")
     target = served_target(bench_file, scene=options.scene, baud=options.baud, seed=options.seed)
-    wishes = _assigned(options, bench_file, tuple(target.lines))
+    if target.one_client and options.clients is Clients.ALL:
+        options = replace(options, clients=Clients.FIRST)
+    wishes = _assigned(options, bench_file, tuple(target.lines), apart=target.one_client)
     # What is half built or half gone cannot be cleaned up: a signal waits until the robot runs, or until all is gone.
     with signals_held(), contextlib.ExitStack() as stack:
         scheduler = Scheduler()
@@ -89,12 +92,14 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
     return ExitCode.OK
 
 
-def _assigned(options: ServeOptions, bench_file: BenchFile, lines: Sequence[str]) -> Mapping[str, Sequence[DoorWish]]:
+def _assigned(
+    options: ServeOptions, bench_file: BenchFile, lines: Sequence[str], *, apart: bool
+) -> Mapping[str, Sequence[DoorWish]]:
     """Return the doors of each line; where there is one alone, all doors are its."""
     if len(lines) > 1:
         from hilbench.serving.usart_doors import assign
 
-        return assign(options, lines)
+        return assign(options, lines, apart=apart)
     _check_links(options, bench_file)
     return {lines[0]: options.doors}
 

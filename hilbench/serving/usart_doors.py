@@ -35,7 +35,7 @@ class ServedUsart:
 
 
 def assign(
-    options: ServeOptions, free: Sequence[str], unasked: Sequence[str] | None = None
+    options: ServeOptions, free: Sequence[str], unasked: Sequence[str] | None = None, *, apart: bool = False
 ) -> Mapping[str, list[DoorWish]]:
     """Return the doors that each USART gets.
 
@@ -46,6 +46,7 @@ def assign(
         options: the doors that were wished for.
         free: the USARTs that can have doors, as ``brain.usart1``.
         unasked: those of them that have one without anybody asking; all if left out.
+        apart: a door that names none gets one that has no door at all.
 
     Raises:
         UsageError: no such USART, two doors of a kind for one, or more doors than USARTs.
@@ -55,7 +56,7 @@ def assign(
         return {name: [PtyWish(path=Path(f"./{name.replace('.', '-')}"))] for name in unasked or free}
     found: dict[str, list[DoorWish]] = {}
     for wish in sorted(wishes, key=lambda wish: not wish.link):
-        name = _named(wish, free, found) if wish.link else _next(wish, free, found)
+        name = _named(wish, free, found) if wish.link else _next(wish, free, found, apart=apart)
         found.setdefault(name, []).append(wish)
     return {name: found[name] for name in free if name in found}
 
@@ -73,9 +74,10 @@ def _named(wish: DoorWish, free: Sequence[str], found: Mapping[str, Sequence[Doo
     raise UsageError("no such USART, or it is linked already", where=where, hint=did_you_mean(link, free, "USARTs"))
 
 
-def _next(wish: DoorWish, free: Sequence[str], found: Mapping[str, Sequence[DoorWish]]) -> str:
+def _next(wish: DoorWish, free: Sequence[str], found: Mapping[str, Sequence[DoorWish]], *, apart: bool) -> str:
     for name in free:
-        if not _has_such(wish, found.get(name, ())):
+        there = found.get(name, ())
+        if not (there if apart else _has_such(wish, there)):
             return name
     raise UsageError(f"more of them than USARTs ({', '.join(free) or 'none is free'})", where=door_option(wish))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
 from enum import Enum
 
 from protocols import xrce
@@ -12,11 +13,30 @@ from protocols.common.flagged import frame_regions
 from protocols.common.items import Item, Kind
 from protocols.common.layout import Body, Region, laid_out
 
-__all__ = ["decoder", "regions"]
+__all__ = ["Message", "decoder", "encode", "regions"]
 
 _EITHER = xrce.FramingOptions(framing=xrce.Framing.EITHER)
 _LENGTH_BYTES = 2
 _NOT_SHOWN = ("little_endian",)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Message:
+    """A message: its header, and what is said in it, read or not."""
+
+    header: xrce.Header
+    submessages: tuple[xrce.Submessage | xrce.RawSubmessage, ...]
+
+
+def encode(message: Message, options: NoOptions) -> bytes:
+    """The serial frame of a message.
+
+    Raises:
+        LocalProtocolError: something does not fit its field.
+    """
+    del options
+    body = xrce.pack_submessages(map(xrce.encode_submessage, message.submessages))
+    return xrce.encode_frame(xrce.encode_message(message.header, body))
 
 
 def decoder(options: NoOptions, speaker: Speaker) -> Decoder:
@@ -44,7 +64,8 @@ def regions(raw: bytes, options: NoOptions, *, sent: bool) -> list[Region]:
 def _item(frame: xrce.Frame) -> Item:
     header, said = _read(frame.payload)
     name = "+".join(type(one).__name__ for one in said) or "nothing"
-    return Item(kind=Kind.FRAME, name=name, raw=frame.raw, fields=_fields(header, said), message=tuple(said))
+    message = Message(header=header, submessages=tuple(said))
+    return Item(kind=Kind.FRAME, name=name, raw=frame.raw, fields=_fields(header, said), message=message)
 
 
 def _sort(frame: xrce.Frame) -> Hashable:

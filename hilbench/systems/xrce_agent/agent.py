@@ -8,9 +8,11 @@ from hilbench.benchfile.bench_file import BenchFile
 from hilbench.clock import NS_PER_S
 from hilbench.systems.xrce_agent.protocol import BAUD
 from hilbench.systems.xrce_agent.settings import AgentSettings
-from protocols.xrce import AgentOptions, AgentService, Framing, FramingOptions
+from protocols.xrce import AgentEvent, AgentOptions, AgentService, Framing, FramingOptions, Session
 
-__all__ = ["agent_of", "baud_of"]
+__all__ = ["AgentOnLine", "agent_of", "baud_of"]
+
+_LINE = "host"
 
 
 def agent_of(settings: AgentSettings, lines: Sequence[str], *, epoch_ns: int = 0) -> AgentService:
@@ -32,6 +34,43 @@ def agent_of(settings: AgentSettings, lines: Sequence[str], *, epoch_ns: int = 0
         frames=FramingOptions(framing=Framing.EITHER),
     )
     return AgentService(lines, options)
+
+
+class AgentOnLine:
+    """An agent with one line, as a device.
+
+    Args:
+        settings: as in a bench file.
+        epoch_ns: what its clock says at bench time 0 where the settings do not say it, in ns.
+    """
+
+    def __init__(self, settings: AgentSettings, *, epoch_ns: int = 0) -> None:
+        self.service = agent_of(settings, (_LINE,), epoch_ns=epoch_ns)
+
+    @property
+    def observed(self) -> Session:
+        """What a dashboard looks at: the session at its line."""
+        return self.service.sessions[_LINE]
+
+    def receive(self, data: bytes, now_ns: int) -> bytes:
+        """Take bytes off the line; return what to put on it."""
+        return b"".join(data for _, data in self.service.receive(_LINE, data, now_ns))
+
+    def advance(self, now_ns: int) -> bytes:
+        """Do what is due; return what to put on the line."""
+        return b"".join(data for _, data in self.service.advance(now_ns))
+
+    def next_deadline_ns(self) -> int | None:
+        """Return when `advance` must be called, in ns, or None."""
+        return self.service.next_deadline_ns()
+
+    def line_down(self, now_ns: int) -> bytes:
+        """Take note that the line was hung up."""
+        return b"".join(data for _, data in self.service.line_down(_LINE, now_ns))
+
+    def take_events(self) -> list[AgentEvent]:
+        """Return what happened since the last call."""
+        return self.service.take_events()
 
 
 def baud_of(bench_file: BenchFile, end: str) -> int:

@@ -2,13 +2,41 @@
 
 from __future__ import annotations
 
-from hilbench.plugins.protocol import API, ProtocolPlugin
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from hilbench.plugins.protocol import API, Device, ProtocolPlugin
+from hilbench.systems.xrce_agent.settings import AgentSettings
+from protocols.common.clause import Clause
+from protocols.common.decoding import NoOptions
 from protocols.xrce import decoding
+
+if TYPE_CHECKING:
+    from hilbench.bench.devices import SerialDevice
 
 __all__ = ["BAUD", "XRCE"]
 
 BAUD = 115_200
 """The usual rate of micro-ROS's serial transports."""
+
+
+def _clauses() -> Sequence[Clause]:
+    from protocols.xrce.clauses import CLAUSES
+
+    return CLAUSES
+
+
+def _board(settings: NoOptions) -> SerialDevice:
+    from hilbench.systems.xrce_agent.board import SpeedBoard
+
+    return SpeedBoard(settings)
+
+
+def _agent(settings: AgentSettings) -> SerialDevice:
+    from hilbench.systems.xrce_agent.agent import AgentOnLine
+
+    return AgentOnLine(settings)
+
 
 XRCE = ProtocolPlugin(
     api=API,
@@ -17,7 +45,11 @@ XRCE = ProtocolPlugin(
     summary="micro-ROS between a board and its agent, in serial frames or over TCP",
     help="The agent keeps a session with the client at each line, and hands on what one writes to those who read it.",
     decoder=decoding.decoder,
+    encode=decoding.encode,
     regions=decoding.regions,
+    clauses=_clauses,
+    device=Device(make=_agent, settings=AgentSettings, resting=frozenset({"HEARTBEAT"})),
+    host=Device(make=_board, resting=frozenset({"HEARTBEAT"})),
     longest_frame=2 * 1024,
     baud=BAUD,
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from hilbench.plugins.system import API, ModelKind, System
@@ -11,8 +11,12 @@ from hilbench.systems.xrce_agent.settings import AgentSettings
 if TYPE_CHECKING:
     from hilbench.bench import Bench
     from hilbench.bench.served_targets import ServedTarget
+    from hilbench.bench.shared import Shared
     from hilbench.benchfile.bench_file import BenchFile
+    from hilbench.driving.rig import Rig
+    from hilbench.judging.provider import BenchProvider
     from hilbench.links import Port
+    from hilbench.terminal.options import TargetChoice
 
 __all__ = ["LINES", "XRCE_AGENT"]
 
@@ -33,8 +37,38 @@ class XrceAgent(System):
         from hilbench.systems.xrce_agent.protocol import BAUD
 
         return {
-            self.name: ModelKind(settings=AgentSettings, protocol="DDS-XRCE", suites=(), baud=BAUD, lines=LINES),
+            self.name: ModelKind(
+                settings=AgentSettings,
+                protocol="DDS-XRCE",
+                suites=("xrce-agent",),
+                baud=BAUD,
+                lines=LINES,
+                bench="xrce-agent",
+            ),
         }
+
+    def provider(self, shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider:
+        """See `System`; the checker is the client at one line."""
+        from hilbench.bench.protocol_providers import AttachedPeerProvider, DeviceProvider
+        from hilbench.bench.target_choice import only_port
+        from hilbench.systems.xrce_agent.protocol import XRCE
+
+        if choices:
+            return AttachedPeerProvider(shared, only_port(shared, choices).spec, XRCE)
+        return DeviceProvider(shared, XRCE)
+
+    def rig(self, bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
+        """See `System`; a board of ours is the agent's client."""
+        from hilbench.protocol_bench.system import ProtocolSystem
+        from hilbench.systems.xrce_agent.protocol import XRCE
+
+        return ProtocolSystem(XRCE).rig(bench, bench_file, seed=seed)
+
+    def attached_rig(self, bench: Bench, bench_file: BenchFile, ports: Mapping[str, str], *, seed: int) -> Rig:
+        """See `System`; what is at the port is a client, and ours is the agent."""
+        from hilbench.systems.xrce_agent.live import attached_agent
+
+        return attached_agent(bench, bench_file, ports[""], seed=seed)
 
     def served(self, bench_file: BenchFile, *, scene: str | None, baud: int | None, seed: int) -> ServedTarget:
         """See `System`; its clock is the host's, unless the bench file says otherwise."""
@@ -57,7 +91,7 @@ class XrceAgent(System):
             return lambda: None
 
         lines = {f"{name}.{line}": baud or baud_of(bench_file, f"{name}.{line}") for line in LINES}
-        return ServedTarget(lines, make, may_be_open=True)
+        return ServedTarget(lines, make, may_be_open=True, one_client=True)
 
 
 XRCE_AGENT = XrceAgent()

@@ -147,9 +147,11 @@ class Client:
 
 @pytest.fixture
 def serve(forkable, tmp_path):
-    process = forkable.start("serve", "xrce-agent", "--pty", str(tmp_path / "board"), "--tcp", "line2=0")
+    process = forkable.start("serve", "xrce-agent", "--pty", str(tmp_path / "board"), "--tcp", "0")
     with process:
         said = process.hear("stop with")
+        assert re.search(r"agent.line1 at \S+board ", said)
+        assert re.search(r"agent.line2 at tcp ", said)
         yield process, tmp_path / "board", int(re.search(r"tcp .*:(\d+),", said)[1])
         process.send_signal(signal.SIGINT)
         said = process.communicate()[1]
@@ -192,3 +194,16 @@ def test_a_board_that_is_plugged_in_again_begins_anew(serve):
         board.connect()
         assert board.create_all() == [0] * 6
         board.line.close()
+
+
+@SERVED
+def test_a_second_client_at_a_socket_is_turned_away_and_the_first_goes_on(serve):
+    process, _, port = serve
+    first, second = Client(Lengths(port), b"\1\2\3\4"), socket.create_connection(("127.0.0.1", port))
+    assert select.select((second,), (), (), PATIENCE_S)[0]
+    assert second.recv(1) == b""
+    process.hear("a client was turned away: another one is connected")
+    first.connect()
+    assert first.create_all() == [0] * 6
+    second.close()
+    first.line.close()
