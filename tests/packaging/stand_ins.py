@@ -19,12 +19,16 @@ from protocols import carla, pkt
 ROOT = Path(__file__).parents[2]
 IMAGES = ROOT / "targets/firmware/images"
 PATIENCE_S = 600
+PORT = re.compile(r"serial:/dev/\w+|socket://[\d.:]+")
 READY = "stop with Ctrl-C"
 COPIES = {
     "sender.elf": "style-irq-dma.elf",
     "receiver.elf": "echo-irq.elf",
     "firmware.elf": "style-irq-dma.elf",
     "build/my-words.elf": "robot-words.elf",
+    "build/my-dodger.elf": "robot-dodge.elf",
+    "my-rover.elf": "rover.elf",
+    "my-board.elf": "vehicle.elf",
 }
 RECORDED = ("session", "run", "yesterday", "today", "live", "replayed", "old", "new")
 REQUEST = pkt.encode_frame(pkt.encode_command(pkt.RequestTelemetry()))
@@ -49,11 +53,22 @@ duration_s = 0.001
 from = "robot.host"
 """
 SERVED = {
-    "p2os-server": ("pioneer-plane", ["robot"], "S01"),
-    "rover": ("rover-model", ["board"], "P01"),
-    "vehicle": ("vehicle-model", ["usart2", "usart3"], "VB01"),
+    "--calibrate": (f"bluepill:{IMAGES / 'echo-irq.elf'}", ["./board"]),
+    "p2os|replay|doctor": ("pioneer-plane", ["./at-robot"]),
+    "vehicle": ("vehicle-model", ["usart2=./at-first", "usart3=./at-second"]),
+    "": ("rover-model", ["./at-board"]),
 }
-"""What is at a port of the reader's: what is served, its lines, and the one clause that is run of a suite."""
+"""What is at the ports of the reader's: by a pattern of the command what is served, and where."""
+CLAUSES = {
+    "p2os-server": "S01",
+    "rover-motion": "R09",
+    "my-dodger": "D04",
+    "my-board": "VB01 and [hardened]",
+    "my-rover": "P01 and documented",
+    "vehicle": "VB01",
+    "rover": "P01",
+}
+"""The one clause that is run where a page runs a suite for minutes: by a pattern of the command."""
 
 
 def record(folder):
@@ -76,18 +91,18 @@ def lay_out(folder, page, recordings):
     (folder / "build").mkdir()
     for name, image in COPIES.items():
         shutil.copy(IMAGES / image, folder / name)
-    (folder / "noisy.toml").write_text(NOISY)
+    for name in ("noisy.toml", "my-bench.toml"):
+        (folder / name).write_text(NOISY)
     status = next(vector.data for vector in carla.VECTORS.values())
     (folder / "capture.bin").write_bytes(status if "vehicle" in page else REQUEST)
 
 
 def run_until_ready(words, folder):
-    """Run a command that goes on until somebody ends it, and end it as it is ready; return its exit code and words."""
-    words = [re.sub(r"\b(8101|4000)$", "0", word) for word in words]
-    with served(words, folder) as process:
+    """Run a command that goes on until somebody ends it, and end it as it is ready; return its exit code."""
+    with served([re.sub(r"\b(8101|4000)$", "0", word) for word in words], folder) as process:
         process.send_signal(signal.SIGINT)
-        said = process.stderr.read()
-        return process.wait(), said
+        process.stderr.read()
+        return process.wait()
 
 
 @contextlib.contextmanager
@@ -110,16 +125,19 @@ def served(words, folder):
                 process.send_signal(signal.SIGINT)
 
 
-def run_at_stand_ins(line, words, folder):
-    """Run a check at a port of the reader's: at a virtual target that is served there, and of its suite one clause."""
-    what, lines, clause = next(one for name, one in SERVED.items() if name in line)
-    doors = [word for name in lines for word in ("--pty", f"{name}=./at-{name}" if len(lines) > 1 else f"./at-{name}")]
-    ports = iter(lines)
-    named = [
-        re.sub(r"(serial:/dev/\w+|socket://[\d.:]+)", lambda _: f"serial:./at-{next(ports)}", word) for word in words
-    ]
-    with served(["serve", what, *doors], folder):
-        return main([*named, "-k", clause])
+@contextlib.contextmanager
+def at_stand_ins(line, words, folder):
+    """Serve what a command finds at its ports; give its words with these ports."""
+    what, places = next(one for pattern, one in SERVED.items() if re.search(pattern, line))
+    ports = iter(place.rpartition("=")[2] for place in places)
+    named = [PORT.sub(lambda _: f"serial:{next(ports)}", word) for word in words]
+    with served(["serve", what, *(word for place in places for word in ("--pty", place))], folder):
+        yield named
+
+
+def with_one_clause(line, words):
+    """Return the words of a check of whole suites as those of a check of one clause."""
+    return [*words, "-k", next(clause for name, clause in CLAUSES.items() if name in line)]
 
 
 def open_and_leave(words, folder):
@@ -133,11 +151,13 @@ def open_and_leave(words, folder):
         os.close(inside)
         seen = ""
         while "Leave it how?" not in seen:  # a dashboard whose bench has not begun yet asks nothing
-            if select.select((descriptor,), (), (), 1)[0]:
+            if select.select((descriptor,), (), (), 1)[0] and process.poll() is None:
                 seen += os.read(descriptor, 65536).decode(errors="replace")
             if "Quit" in seen:
                 os.write(descriptor, b"q")
                 seen = seen.rpartition("Quit")[2]
+            if process.poll() is not None:  # a recording asks nothing
+                return process.wait()
         os.write(descriptor, b"s")
         with contextlib.suppress(OSError):  # a terminal that nobody has any more
             while os.read(descriptor, 65536):
