@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hilbench.bench import Bench
+from hilbench.bench.lateness_log import LatenessLog
 from hilbench.bench.state_reporter import StateReporter
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.clock import NS_PER_S, MonotonicHostClock, ScaledHostClock, Scheduler, deferred_interrupts
@@ -86,6 +87,8 @@ class LiveBench:
             self.reporter = StateReporter(self.bench, rig.machines, rig.taps, senses=rig.senses, views=rig.views)
             self.reporter.standing = self.actions.standing
             self.reporter.after += [tap.flush for tap in rig.taps.values()]
+            if options.targets:
+                self.reporter.after.append(LatenessLog(self.bench, "bench").look)
             self.control = Control(self.bench.scheduler, options.session.socket, self.actions.obey)
             undo.callback(self.control.close)
             self._undo = undo.pop_all()

@@ -16,11 +16,12 @@ from pathlib import Path
 import msgspec
 from msgspec import UNSET
 
-from hilbench.bench import LOCKED_FLOOR_S, Bench
+from hilbench.bench import Bench
 from hilbench.bench.about import about_reading
+from hilbench.bench.lateness_log import LatenessLog
 from hilbench.bench.line_faults import describe_faults
 from hilbench.benchfile.fault_entries import FaultEntry
-from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass, Scheduler
+from hilbench.clock import NS_PER_MS, EventClass, Scheduler
 from hilbench.errors import UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.journal import Journal
@@ -41,8 +42,6 @@ USUAL_BAUD = 115_200
 """Of a serial port for which none is named (choice)."""
 _WRITE_EVERY_NS = 100 * NS_PER_MS
 """How often the journal is written, and losses are looked for (choice)."""
-_SPAN_NS = NS_PER_S
-"""Over so long the lateness of the host is looked at (choice): few limits on a line are longer, and are less exact."""
 _DOORS: Mapping[str, Callable[[str], DoorWish]] = {
     "pty": arguments.pty_door,
     "tcp": arguments.tcp_door,
@@ -128,7 +127,7 @@ def proxy(options: ProxyOptions, say: Say, heard: Heard | None = None) -> ExitCo
         relay = Relay(bench, ends[A].port, ends[B].port, faults=faults, seed=options.seed, record=record, **more)
         relay.on_refused = lambda text: say(f"{bench.now_s:10.3f} s  {text}")
         stack.callback(relay.finish)
-        look_on(bench, relay)
+        look_on(bench, relay, LatenessLog(bench, "proxy"))
         for name, who in ((A, CLIENT), (B, SERVER)):
             say(f"{name} ({who}): {ends[name].where}")
             _announce(bench, ends[name].port, who, say)
@@ -215,21 +214,12 @@ def _door(bench: Bench, kind: str, rest: str, what: str, clients: Clients, say: 
     return _End(port=door, where=place(door), notice=Notice(doors=(door,)), close=door.close)
 
 
-def look_on(bench: Bench, relay: Relay, before_s: float = 0.0) -> None:
-    """Record losses and lateness, and write the journal, again and again: what is killed loses little of it.
-
-    Args:
-        bench: whose time and journal are used.
-        relay: says first, once, that an end loses bytes.
-        before_s: how far off times were at the last look, in seconds: only what is new is recorded, and only what is
-            more than whoever judges by times takes for granted.
-    """
+def look_on(bench: Bench, relay: Relay, lateness: LatenessLog) -> None:
+    """Record losses and lateness, and write the journal, again and again: what is killed loses little of it."""
     relay.tell_losses()
-    late_s = float(bench.uncertainty_s(max(0, bench.now_ns - _SPAN_NS)))
-    if late_s > LOCKED_FLOOR_S and late_s != before_s:
-        bench.record("host-lateness", "proxy", uncertainty_s=late_s)
+    lateness.look()
     bench.journal.flush_step()
-    again = partial(look_on, bench, relay, late_s)
+    again = partial(look_on, bench, relay, lateness)
     bench.scheduler.after(_WRITE_EVERY_NS, again, order=EventClass.CHECK, source="journal")
 
 

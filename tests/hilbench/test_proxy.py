@@ -14,6 +14,7 @@ import tty
 import pytest
 
 from hilbench.bench import Bench
+from hilbench.bench.lateness_log import LatenessLog
 from hilbench.cli import main
 from hilbench.clock import Scheduler
 from hilbench.errors import UsageError
@@ -250,7 +251,7 @@ def test_a_recording_says_how_late_the_host_was():
     for at_ms, late_ms in ((250, 30), (600, 20), (2900, 1), (4550, 40)):
         host.stall(host.host_ns + at_ms * MS, late_ms * MS)
     bench.scheduler.lock(host)
-    look_on(bench, Relay(bench, *ends))
+    look_on(bench, Relay(bench, *ends), LatenessLog(bench, "proxy"))
     bench.run_for(6.0)
     bench.scheduler.unlock()
     said = [(one["ns"], one["uncertainty_s"]) for one in bench.journal.recent if one["kind"] == "host-lateness"]

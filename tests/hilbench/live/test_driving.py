@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
+import os
+import tty
 
 import pytest
 
@@ -202,6 +204,25 @@ def test_only_serial_ports_are_attached_to(tmp_path):
         UsageError, match="bench 'bluepill': no client of ours speaks to its boards; leave out --target"
     ):
         attach("bluepill", f"serial:{tmp_path}/none")
+
+
+@pytest.mark.parametrize("attached", [True, False])
+def test_how_late_the_host_was_is_recorded_of_what_is_real_alone(tmp_path, attached):
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    port = (arguments.target_choice(f"serial:{os.ttyname(slave)}"),)
+    one = LiveBench(
+        open_target("rover-model"), LiveOptions(session=Session(tmp_path), targets=port if attached else ())
+    )
+    host = FakeHostClock()
+    host.stall(host.host_ns + 250_000_000, 30_000_000)
+    one.bench.scheduler.lock(host)
+    one.bench.run_for(2.0)
+    said = [event["uncertainty_s"] for event in told(one, "host-lateness")]
+    assert said == ([pytest.approx(0.03, rel=1 / 8)] if attached else [])
+    one.close()
+    os.close(master)
+    os.close(slave)
 
 
 @pytest.mark.needs_physics
