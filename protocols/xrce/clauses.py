@@ -149,7 +149,7 @@ AGENT_CLAUSES = (
     ),
     _rule(
         "19",
-        "A client begins anew",
+        "A client starts over",
         "CREATE_CLIENT of a client that has a session begins all streams at 0.",
         _SPEC + "7.8.2.1",
         _AGENT + "Root.cpp, create_client",
@@ -162,7 +162,7 @@ AGENT_CLAUSES = (
     ),
     _rule(
         "21",
-        "The time is told",
+        "The time is reported",
         "TIMESTAMP is answered with TIMESTAMP_REPLY: the time of the question as it was said, and times of coming and "
         "going in this order, less than 0.2 s apart.",
         _SPEC + "8.3.5.15 and 8.3.5.16",
