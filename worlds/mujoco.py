@@ -19,7 +19,7 @@ from worlds.errors import UnknownNameError
 from worlds.geometry import Vector, subtract, turn, turn_back
 from worlds.motion import PlanarVelocity
 from worlds.mujoco_builder import BOX_GROUP, FLOOR_GROUP, build, import_mujoco
-from worlds.rigid import Closed, RigidWorld, Turned, level, new, turned
+from worlds.rigid import Closed, Quaternion, RigidWorld, level, new
 from worlds.scenes import Scene
 from worlds.vehicles import Vehicle
 from worlds.world import Contact, JointState, World
@@ -172,12 +172,12 @@ class MujocoWorld(RigidWorld):
             states[joint] = new(JointState, (angles[place], speeds[dof], torque_nm + forces[row]))
         return states
 
-    def _read_place(self) -> tuple[Vector, Turned]:
+    def _read_place(self) -> tuple[Vector, Quaternion]:
         if self._fixed:
             (x_m, y_m, z_m), (w, x, y, z) = self._data.mocap_pos[0].tolist(), self._data.mocap_quat[0].tolist()
         else:
             x_m, y_m, z_m, w, x, y, z = self._base.tolist()
-        return (x_m, y_m, z_m), turned(x, y, z, w)
+        return (x_m, y_m, z_m), (x, y, z, w)
 
     def _velocity(self) -> tuple[Vector, Vector]:
         if not self._pose:
