@@ -126,6 +126,9 @@ class BulletWorld(RigidWorld):
         engine, body, client = self._engine, self._body, self._client
         if self._limits_changed or self._aims_rad_s != self._sent_rad_s:
             self._send()
+        if self._torques_changed:
+            self._torques_changed = False
+            self._applied_nm = self._torques_nm.copy()
         if any(self._applied_nm):
             # The library forgets a torque after each step, and does not count it as the motor's.
             engine.setJointMotorControlArray(
@@ -135,7 +138,7 @@ class BulletWorld(RigidWorld):
 
     def _send(self) -> None:
         self._limits_changed = False
-        self._sent_rad_s, self._applied_nm = self._aims_rad_s.copy(), self._torques_nm.copy()
+        self._sent_rad_s = self._aims_rad_s.copy()
         if self._joint_links:
             self._engine.setJointMotorControlArray(
                 self._body,

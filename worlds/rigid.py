@@ -47,7 +47,8 @@ class RigidWorld(ABC):
     _torques_nm: list[float]
     """What turns a joint besides."""
     _limits_changed: bool
-    """Whether the library has yet to hear of the limits or the torques in force."""
+    _torques_changed: bool
+    """Whether the library has yet to hear of the limits, or of the torques, in force."""
     _placed: bool
     _height_m: float
     # What was read since the last step; None is not read yet.
@@ -141,7 +142,7 @@ class RigidWorld(ABC):
         self._put_at_rest((x_m, y_m, z_m), yaw_rad)
         self._limits_nm = [self._frictions_nm[joint] for joint in self._numbers]
         self._aims_rad_s, self._torques_nm = [0.0] * len(self._limits_nm), [0.0] * len(self._limits_nm)
-        self._limits_changed = True
+        self._limits_changed = self._torques_changed = True
         self._placed = True
         self._height_m = z_m
         self._good = self.step_index, Pose((x_m, y_m, z_m), yaw_rad)
@@ -253,9 +254,12 @@ class RigidWorld(ABC):
         except KeyError:
             raise self._no_joint(joint) from None
         self._aims_rad_s[number] = aim_rad_s
-        if self._limits_nm[number] != limit_nm or self._torques_nm[number] != torque_nm:
-            self._limits_nm[number], self._torques_nm[number] = limit_nm, torque_nm
+        if self._limits_nm[number] != limit_nm:
+            self._limits_nm[number] = limit_nm
             self._limits_changed = True
+        if self._torques_nm[number] != torque_nm:
+            self._torques_nm[number] = torque_nm
+            self._torques_changed = True
 
     def _no_joint(self, joint: str) -> WorldError:
         if isinstance(self._engine, Closed):
