@@ -19,7 +19,7 @@ from worlds.geometry import Vector, add, rotation, subtract, turn, turn_back
 from worlds.importing import import_whole
 from worlds.motion import PlanarVelocity
 from worlds.quiet import captured_output
-from worlds.rigid import RigidWorld, Turned, level, new, turned
+from worlds.rigid import Quaternion, RigidWorld, level, new
 from worlds.scenes import Scene
 from worlds.vehicles import Vehicle
 from worlds.world import Contact, JointState, World
@@ -37,12 +37,9 @@ class BulletWorld(RigidWorld):
 
     name = "bullet"
 
-    _arm_m: Vector
-    """From the reference point to the centre of mass, along the scene's axes; as old as the frame."""
-
     def __init__(self, scene: Scene, vehicle: Vehicle, step_hz: int) -> None:
         super().__init__(scene, vehicle, step_hz)
-        self._com_m = vehicle.parts[0].center_of_mass_m
+        self._lever_m: Vector = vehicle.parts[0].center_of_mass_m
         self._sent_rad_s: list[float] = []
         self._applied_nm: list[float] = []
         with captured_output():
@@ -100,7 +97,7 @@ class BulletWorld(RigidWorld):
     def push(self, yaw_rad: float, velocity: PlanarVelocity) -> None:
         """Give the vehicle, which heads there, a velocity; see `worlds.motion.Carried`."""
         x_m_s, y_m_s, turn_rad_s = velocity
-        ahead, aside, _ = turn(rotation(yaw_rad), self._com_m)
+        ahead, aside, _ = turn(rotation(yaw_rad), self._lever_m)
         linear = (x_m_s - turn_rad_s * aside, y_m_s + turn_rad_s * ahead, 0.0)
         self._engine.resetBaseVelocity(self._body, linear, (0.0, 0.0, turn_rad_s), physicsClientId=self._client)
         self._forget()
@@ -120,7 +117,7 @@ class BulletWorld(RigidWorld):
 
     def _put(self, where_m: Vector, yaw_rad: float) -> None:
         sine, cosine = level(yaw_rad)
-        center_m = add(where_m, turn(rotation(yaw_rad), self._com_m))
+        center_m = add(where_m, turn(rotation(yaw_rad), self._lever_m))
         self._engine.resetBasePositionAndOrientation(
             self._body, center_m, (0.0, 0.0, sine, cosine), physicsClientId=self._client
         )
@@ -129,6 +126,9 @@ class BulletWorld(RigidWorld):
         engine, body, client = self._engine, self._body, self._client
         if self._limits_changed or self._aims_rad_s != self._sent_rad_s:
             self._send()
+        if self._torques_changed:
+            self._torques_changed = False
+            self._applied_nm = self._torques_nm.copy()
         if any(self._applied_nm):
             # The library forgets a torque after each step, and does not count it as the motor's.
             engine.setJointMotorControlArray(
@@ -138,7 +138,7 @@ class BulletWorld(RigidWorld):
 
     def _send(self) -> None:
         self._limits_changed = False
-        self._sent_rad_s, self._applied_nm = self._aims_rad_s.copy(), self._torques_nm.copy()
+        self._sent_rad_s = self._aims_rad_s.copy()
         if self._joint_links:
             self._engine.setJointMotorControlArray(
                 self._body,
@@ -157,11 +157,11 @@ class BulletWorld(RigidWorld):
             states[joint] = new(JointState, (angle_rad, speed_rad_s, torque_nm + applied_nm[number]))
         return states
 
-    def _read_place(self) -> tuple[Vector, Turned]:
-        (x, y, z), quaternion = self._engine.getBasePositionAndOrientation(self._body, physicsClientId=self._client)
-        turning = turned(*quaternion)
-        arm_x, arm_y, arm_z = self._arm_m = turn(turning[0], self._com_m)
-        return (x - arm_x, y - arm_y, z - arm_z), turning
+    def _read_place(self) -> tuple[Vector, Quaternion]:
+        found: tuple[Vector, Quaternion] = self._engine.getBasePositionAndOrientation(
+            self._body, physicsClientId=self._client
+        )
+        return found
 
     def _velocity(self) -> tuple[Vector, Vector]:
         if not self._pose:

@@ -19,7 +19,7 @@ from worlds.errors import UnknownNameError
 from worlds.geometry import Vector, subtract, turn, turn_back
 from worlds.motion import PlanarVelocity
 from worlds.mujoco_builder import BOX_GROUP, FLOOR_GROUP, build, import_mujoco
-from worlds.rigid import Closed, RigidWorld, Turned, level, new, turned
+from worlds.rigid import Closed, Quaternion, RigidWorld, level, new
 from worlds.scenes import Scene
 from worlds.vehicles import Vehicle
 from worlds.world import Contact, JointState, World
@@ -40,8 +40,9 @@ class MujocoWorld(RigidWorld):
 
     _motors: list[tuple[int, int]]
     """Of each joint whose motor has any torque, its number and that of the motor's constraint."""
-    _driven: list[tuple[str, int, int, float, int]]
-    """Each joint, its numbers among positions and speeds, the torque that turns it, its motor's constraint or -1."""
+    _driven: list[tuple[str, int, int, int, int]]
+    """Each joint, its numbers among positions, speeds and joints, and its motor's constraint or -1."""
+    _applied_nm: list[float]
     _touching: Any
     """Of each contact of the last step its two geometries; there are none once the vehicle is placed."""
     _touched: Any
@@ -58,7 +59,8 @@ class MujocoWorld(RigidWorld):
         # Views that stay; each look for one of them would cost as much as reading it.
         self._positions, self._speeds, self._contacts = self._data.qpos, self._data.qvel, self._data.contact
         self._base, self._base_speeds = self._positions[:7], self._speeds[:6]
-        self._frictionloss = self._model.dof_frictionloss
+        self._frictionloss: Any = memoryview(self._model.dof_frictionloss)
+        self._applied: Any = memoryview(self._data.qfrc_applied)
         self._fixed = vehicle.parts[0].mass_kg == 0
         self._part_names = frozenset(part.name for part in vehicle.parts)
         self._start(self._joints)
@@ -100,8 +102,8 @@ class MujocoWorld(RigidWorld):
         self._forget()
 
     def _give_up(self) -> None:
-        self._data = self._model = self._positions = self._speeds = self._contacts = self._frictionloss = Closed()
-        self._base = self._base_speeds = self._touching = Closed()
+        self._data = self._model = self._positions = self._speeds = self._contacts = Closed()
+        self._base = self._base_speeds = self._frictionloss = self._applied = self._touching = Closed()
         self._touched = Closed()
 
     def _put_at_rest(self, where_m: Vector, yaw_rad: float) -> None:
@@ -121,13 +123,14 @@ class MujocoWorld(RigidWorld):
 
     def _advance(self) -> None:
         engine, model, data, contacts = self._engine, self._model, self._data, self._contacts
-        if self._limits_changed:
+        if self._limits_changed or self._torques_changed:
             self._send()
         hz, pairs, aims_rad_s = self.step_hz, self._pairs, self._aims_rad_s
         _warnings.clear()
         try:
             engine.mj_step1(model, data)
-            wanted, slips = data.efc_aref, data.efc_vel.tolist()
+            slips = data.efc_vel.tolist()
+            wanted: Any = memoryview(data.efc_aref)  # of numpy's arrays each number costs more
             for number, row in self._motors:
                 if aims_rad_s[number]:  # the constraint's own aim is to stand still at the end of the step
                     wanted[row] += aims_rad_s[number] * hz
@@ -153,14 +156,19 @@ class MujocoWorld(RigidWorld):
             self._lost(_warnings[0])
 
     def _send(self) -> None:
-        self._limits_changed, self._motors, self._driven = False, [], []
-        for number, (joint, (place, dof)) in enumerate(self._joints.items()):
-            limit_nm, torque_nm = self._limits_nm[number], self._torques_nm[number]
-            self._frictionloss[dof], self._data.qfrc_applied[dof] = limit_nm, torque_nm
-            row = len(self._motors) if limit_nm else -1
-            if limit_nm:
-                self._motors.append((number, row))
-            self._driven.append((joint, place, dof, torque_nm, row))
+        if self._limits_changed:
+            self._limits_changed, self._motors, self._driven = False, [], []
+            for number, (joint, (place, dof)) in enumerate(self._joints.items()):
+                limit_nm = self._frictionloss[dof] = self._limits_nm[number]
+                row = len(self._motors) if limit_nm else -1
+                if limit_nm:
+                    self._motors.append((number, row))
+                self._driven.append((joint, place, dof, number, row))
+        if self._torques_changed:
+            self._torques_changed = False
+            self._applied_nm = self._torques_nm.copy()
+            for _, _, dof, number, _ in self._driven:
+                self._applied[dof] = self._applied_nm[number]
 
     def _read_joints(self) -> dict[str, JointState]:
         angles, speeds = self._positions.tolist(), self._speeds.tolist()
@@ -168,16 +176,17 @@ class MujocoWorld(RigidWorld):
             return {joint: JointState(angles[place], speeds[dof], 0.0) for joint, (place, dof) in self._joints.items()}
         forces, states = self._data.efc_force.tolist(), {}
         forces.append(0.0)  # of a joint without a motor
-        for joint, place, dof, torque_nm, row in self._driven:
-            states[joint] = new(JointState, (angles[place], speeds[dof], torque_nm + forces[row]))
+        applied_nm = self._applied_nm
+        for joint, place, dof, number, row in self._driven:
+            states[joint] = new(JointState, (angles[place], speeds[dof], applied_nm[number] + forces[row]))
         return states
 
-    def _read_place(self) -> tuple[Vector, Turned]:
+    def _read_place(self) -> tuple[Vector, Quaternion]:
         if self._fixed:
             (x_m, y_m, z_m), (w, x, y, z) = self._data.mocap_pos[0].tolist(), self._data.mocap_quat[0].tolist()
         else:
             x_m, y_m, z_m, w, x, y, z = self._base.tolist()
-        return (x_m, y_m, z_m), turned(x, y, z, w)
+        return (x_m, y_m, z_m), (x, y, z, w)
 
     def _velocity(self) -> tuple[Vector, Vector]:
         if not self._pose:

@@ -12,13 +12,16 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NoReturn
 
 from worlds.errors import UnknownNameError, WorldError
-from worlds.geometry import Matrix, Vector
+from worlds.geometry import Matrix, Vector, subtract, turn
 from worlds.motion import Lead, PlanarPose, PlanarVelocity
 from worlds.scenes import Scene
 from worlds.vehicles import Vehicle
 from worlds.world import CONTACTS, GRAVITY, RAYS, TORQUE, Contact, JointState, Pose, Velocity
 
-__all__ = ["Closed", "RigidWorld", "Turned", "level", "new", "turned"]
+__all__ = ["Closed", "Quaternion", "RigidWorld", "level", "new"]
+
+Quaternion = tuple[float, float, float, float]
+"""x, y, z, w."""
 
 new = tuple.__new__
 """Makes a named tuple at half the cost of a call of its class."""
@@ -44,7 +47,8 @@ class RigidWorld(ABC):
     _torques_nm: list[float]
     """What turns a joint besides."""
     _limits_changed: bool
-    """Whether the library has yet to hear of the limits or the torques in force."""
+    _torques_changed: bool
+    """Whether the library has yet to hear of the limits, or of the torques, in force."""
     _placed: bool
     _height_m: float
     # What was read since the last step; None is not read yet.
@@ -52,6 +56,10 @@ class RigidWorld(ABC):
     _pose: Pose | None
     _frame: Matrix
     """How the vehicle is turned; as old as the pose."""
+    _lever_m: Vector | None = None
+    """From the reference point to the place that the library speaks of, vehicle frame; None where that is the same."""
+    _arm_m: Vector
+    """The lever along the scene's axes; as old as the pose."""
     _good: tuple[int, Pose]
     """The last step in which the vehicle was seen to be somewhere, and where that was."""
 
@@ -134,7 +142,7 @@ class RigidWorld(ABC):
         self._put_at_rest((x_m, y_m, z_m), yaw_rad)
         self._limits_nm = [self._frictions_nm[joint] for joint in self._numbers]
         self._aims_rad_s, self._torques_nm = [0.0] * len(self._limits_nm), [0.0] * len(self._limits_nm)
-        self._limits_changed = True
+        self._limits_changed = self._torques_changed = True
         self._placed = True
         self._height_m = z_m
         self._good = self.step_index, Pose((x_m, y_m, z_m), yaw_rad)
@@ -191,8 +199,8 @@ class RigidWorld(ABC):
     def _read_joints(self) -> dict[str, JointState]: ...
 
     @abstractmethod
-    def _read_place(self) -> tuple[Vector, Turned]:
-        """Read where the reference point is, and how the vehicle is turned."""
+    def _read_place(self) -> tuple[Vector, Quaternion]:
+        """Read where the library has the vehicle, and how it is turned."""
 
     @abstractmethod
     def _velocity(self) -> tuple[Vector, Vector]:
@@ -208,12 +216,23 @@ class RigidWorld(ABC):
 
     def _look(self) -> Pose:
         """Read where the vehicle is."""
-        position, (frame, yaw_rad, pitch_rad, roll_rad) = self._read_place()
-        x_m, y_m, z_m = position
-        if not math.isfinite(x_m + y_m + z_m + yaw_rad):
+        place, (x, y, z, w) = self._read_place()
+        xx, yy, zz, xy, xz, yz, xw, yw, zw = x * x, y * y, z * z, x * y, x * z, y * z, x * w, y * w, z * w
+        ahead_x, ahead_y, ahead_z = 1 - 2 * (yy + zz), 2 * (xy + zw), 2 * (xz - yw)
+        aside_z, up_z = 2 * (yz + xw), 1 - 2 * (xx + yy)
+        self._frame = frame = (
+            (ahead_x, 2 * (xy - zw), 2 * (xz + yw)),
+            (ahead_y, 1 - 2 * (xx + zz), 2 * (yz - xw)),
+            (ahead_z, aside_z, up_z),
+        )
+        if self._lever_m:
+            self._arm_m = arm = turn(frame, self._lever_m)
+            place = subtract(place, arm)
+        yaw_rad = math.atan2(ahead_y, ahead_x)
+        if not math.isfinite(place[0] + place[1] + place[2] + yaw_rad):
             self._lost()
-        self._frame = frame
-        self._pose = pose = new(Pose, (position, yaw_rad, pitch_rad, roll_rad))
+        pitch_rad = math.asin(-ahead_z if -1.0 <= ahead_z <= 1.0 else -math.copysign(1.0, ahead_z))
+        self._pose = pose = new(Pose, (place, yaw_rad, pitch_rad, math.atan2(aside_z, up_z)))
         self._good = self.step_index, pose
         return pose
 
@@ -235,9 +254,12 @@ class RigidWorld(ABC):
         except KeyError:
             raise self._no_joint(joint) from None
         self._aims_rad_s[number] = aim_rad_s
-        if self._limits_nm[number] != limit_nm or self._torques_nm[number] != torque_nm:
-            self._limits_nm[number], self._torques_nm[number] = limit_nm, torque_nm
+        if self._limits_nm[number] != limit_nm:
+            self._limits_nm[number] = limit_nm
             self._limits_changed = True
+        if self._torques_nm[number] != torque_nm:
+            self._torques_nm[number] = torque_nm
+            self._torques_changed = True
 
     def _no_joint(self, joint: str) -> WorldError:
         if isinstance(self._engine, Closed):
@@ -263,21 +285,3 @@ class Closed:
 def level(yaw_rad: float) -> tuple[float, float]:
     """Return the last and the first number of the quaternion of a turn about z: sine and cosine of half of it."""
     return math.sin(yaw_rad / 2), math.cos(yaw_rad / 2)
-
-
-Turned = tuple[Matrix, float, float, float]
-"""A rotation matrix, and its yaw, pitch and roll in radians."""
-
-
-def turned(x: float, y: float, z: float, w: float) -> Turned:
-    """Return what a quaternion turns by."""
-    xx, yy, zz, xy, xz, yz, xw, yw, zw = x * x, y * y, z * z, x * y, x * z, y * z, x * w, y * w, z * w
-    ahead_x, ahead_y, ahead_z = 1 - 2 * (yy + zz), 2 * (xy + zw), 2 * (xz - yw)
-    aside_z, up_z = 2 * (yz + xw), 1 - 2 * (xx + yy)
-    frame = (
-        (ahead_x, 2 * (xy - zw), 2 * (xz + yw)),
-        (ahead_y, 1 - 2 * (xx + zz), 2 * (yz - xw)),
-        (ahead_z, aside_z, up_z),
-    )
-    pitch_rad = math.asin(-ahead_z if -1.0 <= ahead_z <= 1.0 else -math.copysign(1.0, ahead_z))
-    return frame, math.atan2(ahead_y, ahead_x), pitch_rad, math.atan2(aside_z, up_z)
