@@ -221,7 +221,7 @@ class AgentService:
                     self._begin(line, event.peer.client_key, now_ns)  # type: ignore[union-attr]
                 case SessionClosed():
                     self._end(line)
-            self._events.append(ClientEvent(line=line.name, event=event))
+            self._events.append(ClientEvent(line=line.name, what=type(event).__name__, event=event))
 
     def _begin(self, line: _Line, client_key: bytes, now_ns: int) -> None:
         """A session begins: of what its client had before, here or at another line, nothing is left."""

@@ -17,10 +17,12 @@ class ClientEvent:
 
     Attributes:
         line: at which it is.
+        what: the name of what it reports, for who reads a journal.
         event: what it reports.
     """
 
     line: str
+    what: str
     event: Event
 
 
