@@ -36,7 +36,10 @@ def settings() -> Settings:
         UsageError: it is wrong; the line is named.
     """
     file = settings_file()
-    if not file.exists():
+    try:
+        if not file.exists():
+            return Settings()
+    except PermissionError:  # the home of somebody else, as where HOME outlives a change of the user
         return Settings()
     from hilbench.strict import Strict
     from hilbench.strict.toml_file import TomlFile

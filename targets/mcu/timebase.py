@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import sys
 import weakref
 from collections.abc import Callable
 from fractions import Fraction
@@ -213,7 +214,12 @@ class Timebase:
             view[_NOW] = cycle
             self.raise_kept()
             return False
-        self._due(cycle)
+        others = sys.unraisablehook
+        sys.unraisablehook = functools.partial(self._on_unraisable, others)
+        try:
+            self._due(cycle)
+        finally:
+            sys.unraisablehook = others
         self.raise_kept()
         return True
 
@@ -227,6 +233,13 @@ class Timebase:
             self.keep(trouble)
             return False
         return True
+
+    def _on_unraisable(self, others: Callable[[Any], Any], unraisable: Any) -> None:
+        """Keep what a signal raises where `_happen` begins, before its ``try``: ctypes would ignore it."""
+        if getattr(unraisable.object, "__self__", None) is self and unraisable.exc_value is not None:
+            self.keep(unraisable.exc_value)
+        else:
+            others(unraisable)
 
     def cut(self) -> None:
         """End the run of the CPU after the instruction in flight."""

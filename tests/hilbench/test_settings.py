@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import io
+import os
+from pathlib import Path
 
 import pytest
 
@@ -42,6 +45,14 @@ def test_the_file_stands_where_xdg_says(monkeypatch):
 def test_without_a_file_nothing_is_chosen():
     assert settings() == Settings()
     assert theme() == ""
+
+
+def test_in_the_home_of_somebody_else_nothing_is_chosen(monkeypatch):
+    def refuse(_path, **_options):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr(Path, "exists", refuse)
+    assert settings() == Settings()
 
 
 def test_all_can_be_chosen(write):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from fractions import Fraction
 
 import pytest
@@ -101,3 +102,21 @@ def test_what_an_action_raises_comes_out_and_the_rest_still_happens():
         time.run_due(10)
     time.run_due(10)
     assert happened == [1]
+
+
+def test_a_signal_at_the_entry_of_an_event_is_raised():
+    time = Timebase(1000)
+    time.at(1, lambda: None)
+    before = sys.gettrace()
+
+    def interrupt(frame, _event, _argument):
+        if frame.f_code is Timebase._happen.__code__:
+            sys.settrace(before)
+            raise KeyboardInterrupt
+
+    sys.settrace(interrupt)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            time.run_due(1)
+    finally:
+        sys.settrace(before)
