@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,7 @@ from hilbench.bench.timed_reader import TimedReader
 from hilbench.clock import NS_PER_S
 from protocols.common.decoding import Decoder
 from protocols.common.item_words import said
-from protocols.common.items import Kind
+from protocols.common.items import Item, Kind
 
 __all__ = ["Passed", "Written", "in_order", "in_words", "silence", "words_of"]
 
@@ -58,9 +58,12 @@ def words_of(raw: bytes, decoder: Decoder | None) -> str:
         raw: the bytes.
         decoder: reads them; None where nobody does.
     """
+    return _said(raw, [] if decoder is None else [*decoder.feed(raw), *decoder.finish()])
+
+
+def _said(raw: bytes, read: Sequence[Item]) -> str:
     more = f" ... ({len(raw)} bytes)" if len(raw) > _LONGEST_BYTES else ""
     data = f"{raw[:_LONGEST_BYTES].hex(' ').upper()}{more}"
-    read = [] if decoder is None else [*decoder.feed(raw), *decoder.finish()]
     if not read or any(item.kind is not Kind.FRAME or item.raw == item.message for item in read):
         return data
     words = "  ".join(map(said, read))
@@ -72,6 +75,7 @@ class _Run:
     """The same bytes, written once or several times with nothing else between them."""
 
     data: bytes
+    found: Sequence[Any]
     began_ns: int
     at_ns: int
     times: int = 1
@@ -82,23 +86,39 @@ class _Run:
 
 
 class Written:
-    """Keeps what was written last."""
+    """Keeps what was written last.
 
-    def __init__(self) -> None:
+    Args:
+        make: makes who reads what is written, from its beginning on: what a frame is called may depend on those before.
+    """
+
+    def __init__(self, make: Callable[[], Decoder | None]) -> None:
+        self._make = make
         self._runs: deque[_Run] = deque(maxlen=_WRITES_KEPT)
+        self._decoder: Decoder | None = None
 
     def add(self, data: bytes, at_ns: int) -> None:
         """Take what is written at a bench time."""
+        if self._decoder is None:
+            self._decoder = self._make()
+        found = () if self._decoder is None else self._decoder.find(data)
         if self._runs and self._runs[-1].data == data:
-            self._runs[-1].times += 1
-            self._runs[-1].at_ns = at_ns
+            run = self._runs[-1]
+            run.found, run.at_ns, run.times = found, at_ns, run.times + 1
         else:
-            self._runs.append(_Run(data=data, began_ns=at_ns, at_ns=at_ns))
+            self._runs.append(_Run(data=data, found=found, began_ns=at_ns, at_ns=at_ns))
 
     def clear(self) -> None:
-        """Forget it."""
+        """Forget it: what comes now is the beginning of something."""
         self._runs.clear()
+        self._decoder = None
 
-    def passed(self, decoder: Decoder | None) -> list[Passed]:
+    def passed(self) -> list[Passed]:
         """Return it in words; what was written again and again is one line, at its last time."""
-        return [(run.at_ns, f">  {words_of(run.data, decoder)}{run.often}") for run in self._runs]
+        return [(run.at_ns, f">  {self._words_of(run)}{run.often}") for run in self._runs]
+
+    def _words_of(self, run: _Run) -> str:
+        read = [] if self._decoder is None else [self._decoder.read(found) for found in run.found]
+        if b"".join(item.raw for item in read) == run.data:
+            return _said(run.data, read)
+        return words_of(run.data, self._make())  # a piece of a frame, or one that ends with what comes next

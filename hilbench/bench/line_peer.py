@@ -85,7 +85,7 @@ class LinePeer(ABC, Generic[MessageT]):
         self.received: list[Received[MessageT]] = []
         self.dropped: list[Unsound] = []
         self._dropped_ns: list[int] = []
-        self._written = Written()
+        self._written = Written(lambda: self._decoder(sent=True))
         self._timed: TimedReader[Sound[MessageT] | Unsound] = TimedReader(self._read)
         self.line_expected = True
         self.attach(port)
@@ -173,7 +173,7 @@ class LinePeer(ABC, Generic[MessageT]):
         """
         received = [(got.at_ns, self.heard(got)) for got in self.received[mark:][-_EVIDENCE_PACKETS:]]
         dropped = [*zip(self._dropped_ns, map(self._refused, self.dropped), strict=True)][-_EVIDENCE_DROPS:]
-        return in_order(received, dropped, self._written.passed(self._decoder(sent=True)))
+        return in_order(received, dropped, self._written.passed())
 
     def silence(self, mark: int = 0) -> Sequence[str]:
         """Return a line that says what did not come, if there is anything to be said."""

@@ -108,3 +108,21 @@ def test_a_long_report_is_cut_and_its_bytes_are_whole():
     (line,) = rig.peer.evidence()
     assert "…  [FA FB 24 32 80 10" in line
     assert line.endswith("46 09]")
+
+
+def test_a_frame_is_called_what_it_is_behind_those_before_it():
+    rig = Rig(PLUGINS.get("p2os", "test"))
+    frames = {"SYNC0": "FAFB03000000", "SYNC1": "FAFB03010001", "SYNC2": "FAFB03020002", "OPEN": "FAFB03010001"}
+    for frame in (*frames.values(), frames["SYNC0"]):
+        rig.peer.write(bytes.fromhex(frame))
+        rig.peer.run(0.1)
+    names = [line.split(" >  ")[1].split()[0] for line in rig.peer.evidence() if " >  " in line]
+    assert names == ["SYNC1", "SYNC2", "OPEN", "PULSE"]
+
+
+def test_pieces_of_a_frame_are_bytes(rig):
+    for piece in (LED_OFF[:4], LED_OFF[4:]):
+        rig.peer.write(piece)
+    first, last, _nothing = rig.peer.evidence()
+    assert first.endswith(">  50 4B 54 21")
+    assert last.endswith(">  01 02 C1 B2 0A")

@@ -122,7 +122,7 @@ class ScriptedServer:
             "SYNC2": encode_packet(IDENTIFICATION),
             "CONFIG": encode_packet(CONFIG),
         }
-        self._written = Written()
+        self._written = Written(lambda: decoder(NoOptions(), "target"))
         self._closed = False
         self._stream_number = 0
         self._sips_after_close = 0
@@ -200,7 +200,7 @@ class ScriptedServer:
     def evidence(self) -> list[str]:
         """Return the latest frames and what was dropped, as lines for a report."""
         heard = [(got.at_ns, f"<  {_in_words(got)}") for got in self.received[-_EVIDENCE_LINES:]]
-        passed = in_order(heard, self._written.passed(decoder(NoOptions(), "target")))
+        passed = in_order(heard, self._written.passed())
         lines = [in_words(*one) for one in passed]
         lines += [f"dropped ({drop.reason.name})  {drop.data[:32].hex(' ').upper()}" for drop in self.dropped[-2:]]
         return [*lines, *silence(self.bench.now_ns, self._reader, frames=bool(heard or self.dropped))]

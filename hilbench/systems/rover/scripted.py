@@ -84,10 +84,14 @@ class ScriptedRover:
         options = FramingOptions(framing=frames.framing, tolerant_newline=tolerant, resync=Resync.SCAN)
         reader = FrameReader(replace(options, timer=FrameTimer.SINCE_LAST_BYTE))
         self._reader = TimedReader(reader.receive)
-        self._written = Written()
+        self._written = Written(lambda: decoder(self._options, "target"))
         self._closed = False
         port.on_receive = self._take
         port.on_line = lambda up, _at_ns: bench.record("line", "rover", up=up)
+
+    @property
+    def _options(self) -> DecodeOptions:
+        return DecodeOptions(framing=self.profile.server.frames.framing, schema=self.profile.server.schema)
 
     # --- the script
 
@@ -126,11 +130,9 @@ class ScriptedRover:
 
     def evidence(self) -> list[str]:
         """Return the latest frames and what was dropped, as lines for a report."""
-        decode = DecodeOptions(framing=self.profile.server.frames.framing, schema=self.profile.server.schema)
-        heard = [
-            (got.at_ns, f"<  {words_of(got.raw, decoder(decode, 'host'))}") for got in self.received[-_EVIDENCE_LINES:]
-        ]
-        passed = in_order(heard, self._written.passed(decoder(decode, "target")))
+        latest = self.received[-_EVIDENCE_LINES:]
+        heard = [(got.at_ns, f"<  {words_of(got.raw, decoder(self._options, 'host'))}") for got in latest]
+        passed = in_order(heard, self._written.passed())
         lines = [in_words(*one) for one in passed]
         lines += [f"dropped ({drop.reason.name})  {drop.data[:32].hex(' ').upper()}" for drop in self.dropped[-2:]]
         return [*lines, *silence(self.bench.now_ns, self._reader, frames=bool(heard or self.dropped))]
