@@ -62,13 +62,13 @@ SERVED = {
 CLAUSES = {
     "p2os-server": "S01",
     "rover-motion": "R09",
-    "my-dodger": "D04",
+    "my-dodger": "a_wall_is_turned_away_from",
     "my-board": "VB01 and [hardened]",
     "my-rover": "P01 and documented",
     "vehicle": "VB01",
     "rover": "P01",
 }
-"""The one clause that is run where a page runs a suite for minutes: by a pattern of the command."""
+"""The clause or case that is run where a page runs a suite for minutes: by a part of the command."""
 
 
 def record(folder):
