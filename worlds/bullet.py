@@ -26,6 +26,8 @@ from worlds.world import Contact, JointState, World
 
 _idle_clients: list[int] = []
 
+_ANY_LINK = -2
+
 
 def open_world(scene: Scene, vehicle: Vehicle, step_hz: int) -> World:
     """Open a world on PyBullet; see `worlds.world.open_world`."""
@@ -52,19 +54,19 @@ class BulletWorld(RigidWorld):
             self._give_up()
             raise
         self._body, self._other_names, self._links = built
+        self._asked: dict[str | None, int] = dict([(None, _ANY_LINK), *self._links.items()])
         self._names_of_links = {link: part for part, link in self._links.items()}
         self._joint_links = [self._links[joint] for joint in vehicle.joints]
         self._start(vehicle.joints)
 
     def contacts(self, part: str | None = None) -> tuple[Contact, ...]:
         """Return where the vehicle touched something in the last step."""
-        if part is not None and part not in self._links:
-            raise UnknownNameError("part", part, self._links)
+        link = self._asked.get(part)
+        if link is None:
+            raise UnknownNameError("part", str(part), self._links)
         if self._placed:  # the library still lists what was touched at the old place
             return ()
-        points = self._engine.getContactPoints(
-            bodyA=self._body, linkIndexA=-2 if part is None else self._links[part], physicsClientId=self._client
-        )
+        points = self._engine.getContactPoints(bodyA=self._body, linkIndexA=link, physicsClientId=self._client)
         if not points:
             return ()
         origin, frame = self.pose().position_m, self._frame

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NoReturn
 
 from worlds.errors import UnknownNameError, WorldError
-from worlds.geometry import Matrix, Vector, subtract, turn
+from worlds.geometry import Matrix, Vector
 from worlds.motion import Lead, PlanarPose, PlanarVelocity
 from worlds.scenes import Scene
 from worlds.vehicles import Vehicle
@@ -218,21 +218,19 @@ class RigidWorld(ABC):
         """Read where the vehicle is."""
         place, (x, y, z, w) = self._read_place()
         xx, yy, zz, xy, xz, yz, xw, yw, zw = x * x, y * y, z * z, x * y, x * z, y * z, x * w, y * w, z * w
-        ahead_x, ahead_y, ahead_z = 1 - 2 * (yy + zz), 2 * (xy + zw), 2 * (xz - yw)
-        aside_z, up_z = 2 * (yz + xw), 1 - 2 * (xx + yy)
-        self._frame = frame = (
-            (ahead_x, 2 * (xy - zw), 2 * (xz + yw)),
-            (ahead_y, 1 - 2 * (xx + zz), 2 * (yz - xw)),
-            (ahead_z, aside_z, up_z),
-        )
+        a, b, c = 1 - 2 * (yy + zz), 2 * (xy - zw), 2 * (xz + yw)
+        d, e, f = 2 * (xy + zw), 1 - 2 * (xx + zz), 2 * (yz - xw)
+        g, h, i = 2 * (xz - yw), 2 * (yz + xw), 1 - 2 * (xx + yy)
+        self._frame = (a, b, c), (d, e, f), (g, h, i)
         if self._lever_m:
-            self._arm_m = arm = turn(frame, self._lever_m)
-            place = subtract(place, arm)
-        yaw_rad = math.atan2(ahead_y, ahead_x)
+            x, y, z = self._lever_m
+            x, y, z = self._arm_m = a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
+            place = place[0] - x, place[1] - y, place[2] - z
+        yaw_rad = math.atan2(d, a)
         if not math.isfinite(place[0] + place[1] + place[2] + yaw_rad):
             self._lost()
-        pitch_rad = math.asin(-ahead_z if -1.0 <= ahead_z <= 1.0 else -math.copysign(1.0, ahead_z))
-        self._pose = pose = new(Pose, (place, yaw_rad, pitch_rad, math.atan2(aside_z, up_z)))
+        pitch_rad = math.asin(-g if -1.0 <= g <= 1.0 else -math.copysign(1.0, g))
+        self._pose = pose = new(Pose, (place, yaw_rad, pitch_rad, math.atan2(h, i)))
         self._good = self.step_index, pose
         return pose
 
