@@ -11,7 +11,7 @@ from protocols.common.decoding import Speaker
 
 __all__ = ["Chunk", "chunk_of", "speaker_of"]
 
-_SPEAKERS: Mapping[str, Speaker] = {"device": "target", "checker": "host", "client": "host"}
+_SPEAKERS: Mapping[str, Speaker] = {"device": "target", "server": "target", "checker": "host", "client": "host"}
 """Who speaks at the sources that any bench may have; a system names its own beside them."""
 
 _OTHER = {"host": "target", "target": "host", "": ""}

@@ -20,9 +20,11 @@ from hilbench.clock import Scheduler
 from hilbench.errors import UsageError
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
+from hilbench.plugins.discovery import PLUGINS
+from hilbench.recordings.chunks import speaker_of
 from hilbench.recordings.piecewise import open_pieces
 from hilbench.serving.proxy import look_on, read_faults
-from hilbench.serving.relay import Relay
+from hilbench.serving.relay import CLIENT, SERVER, Relay
 from hilbench.testing import FakeHostClock
 from hilbench.tui.model.replay import Replay
 from protocols.pkt import PROFILES, RequestTelemetry, encode_command, encode_frame
@@ -257,3 +259,8 @@ def test_a_recording_says_how_late_the_host_was():
     said = [(one["ns"], one["uncertainty_s"]) for one in bench.journal.recent if one["kind"] == "host-lateness"]
     expected = [(300, 0.03), (1300, 0.02), (4600, 0.04)]
     assert said == [(ms * MS, pytest.approx(late_s, rel=1 / 8)) for ms, late_s in expected]
+
+
+def test_who_is_at_its_ends_is_known_without_a_system(monkeypatch):
+    monkeypatch.setattr(type(PLUGINS.systems), "speakers", lambda self: {})
+    assert [speaker_of(who) for who in (CLIENT, SERVER)] == ["host", "target"]

@@ -57,7 +57,7 @@ class Pioneer(System):
     title = "Pioneer"
     summary = "a Pioneer robot behind its P2OS line, in its world"
     vehicles = MappingProxyType({VEHICLE: _two_dx})
-    speakers = MappingProxyType({"robot": "target", "server": "target"})
+    speakers = MappingProxyType({"robot": "target"})
     checkers = MappingProxyType({"server": "host"})
 
     def models(self) -> Mapping[str, ModelKind]:
