@@ -75,13 +75,13 @@ def test_a_bench_runs_on_mujoco_says_so_and_has_the_same_hash_again(check, journ
 @pytest.mark.usefixtures("keep_signals")
 def test_a_world_whose_numbers_end_ends_a_case_with_the_last_good_place(check, monkeypatch):
     kind = type(open_world("empty", "pioneer-2dx"))
-    read = kind._read_frame
+    read = kind._read_place
 
     def lost(world):
-        place, frame = read(world)
-        return (math.nan if world.step_index > 100 else place[0], *place[1:]), frame
+        place, turned = read(world)
+        return (math.nan if world.step_index > 100 else place[0], *place[1:]), turned
 
-    monkeypatch.setattr(kind, "_read_frame", lost)
+    monkeypatch.setattr(kind, "_read_place", lost)
     code, _, out, _ = check("")
     assert code == 3
     (cause,) = (line for line in out.splitlines() if line.startswith("  cause"))

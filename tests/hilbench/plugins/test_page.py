@@ -56,7 +56,7 @@ def test_what_came_before_a_failure_is_shown_in_words(hilbench, folder):
     folder.joinpath("test_echo.py").write_text(FILES["test_echo.py"].replace('== b"hello"', '== b"olleh"'))
     code, out, err = hilbench("check", "echo.toml")
     assert code == 1, out + err
-    assert "s  Tiny payload=68 65 6C 6C 6F  [05 68 65 6C 6C 6F 19]" in out
+    assert "s  <  Tiny payload=68 65 6C 6C 6F  [05 68 65 6C 6C 6F 19]" in out
 
 
 def test_its_model_is_listed(hilbench, folder):
