@@ -417,6 +417,38 @@ def test_what_a_sender_does_not_have_any_more_is_reported():
     assert [event.submessage.data for event in events if isinstance(event, xrce.Received)] == [b"6", b"7"]
 
 
+def test_a_message_is_handled_to_its_end_before_the_next_one():
+    """The HEARTBEAT in front makes the next message no earlier."""
+    agent = open_agent()
+    first, second = (xrce.WriteData(**IDS, data=data) for data in (b"1111", b"2222"))
+    heartbeat = xrce.Heartbeat(first_unacked=0, last_unacked=1, stream_id=0x80)
+    body = xrce.pack_submessages(map(xrce.encode_submessage, (heartbeat, first)))
+    agent.receive(frame(second, stream_id=0x80, sequence=1), 1)
+    header = xrce.Header(session_id=0x81, stream_id=0x80)
+    events = agent.receive(xrce.encode_frame(xrce.encode_message(header, body)), 2)
+    assert [event.submessage for event in events if isinstance(event, xrce.Received)] == [first, second]
+    assert [said for _, (said,) in said_in(events)] == [xrce.AckNack(first_unacked=2, nack_bitmap=0, stream_id=0x80)]
+
+
+def test_heartbeats_in_messages_that_wait_for_each_other_end():
+    """4.6 kB: each message of 16 full windows has a HEARTBEAT that hands on the next one, in a fragment."""
+    agent = open_agent()
+    streams = range(0x80, 0x90)
+    for stream_id in streams:
+        follower = stream_id + 1 if stream_id + 1 in streams else streams[0]
+        for number in range(1, 16):
+            said = xrce.Heartbeat(first_unacked=0, last_unacked=15, stream_id=stream_id)
+            if number == 15:
+                said = xrce.Heartbeat(first_unacked=1, last_unacked=15, stream_id=follower)
+            whole = xrce.Fragment(data=xrce.encode_submessage(said), last=True)
+            agent.receive(frame(whole, stream_id=stream_id, sequence=number), 1)
+    first = xrce.Heartbeat(first_unacked=0, last_unacked=15, stream_id=streams[0])
+    events = agent.receive(frame(first, stream_id=streams[0]), 2)
+    received = {said.stream_id: said.first_unacked for _, (said,) in said_in(events)}
+    assert received == dict.fromkeys(streams, 16)
+    assert agent.held == 0
+
+
 def test_best_effort_takes_only_what_is_newer():
     agent = open_agent()
     numbers = [0, 1, 1, 0, 3, 2, 0x8002, 0x8001]
