@@ -55,6 +55,8 @@ class StreamOptions:
             (Micro-XRCE-DDS-Client, CMakeLists.txt: UCLIENT_MIN_HEARTBEAT_TIME_INTERVAL 100 ms); it doubles each time
             until an ACKNACK comes, as there.
         heartbeat_max_s: the longest time between two; 1.6 s is a choice, the original doubles on.
+        repeat_s: time in which no message is sent again twice, whatever ACKNACKs say; 0.05 s is a choice, half of the
+            shortest time to a HEARTBEAT, so that the answer to that is always obeyed.
         max_queued: bytes of messages that wait for the window of one stream; 65536 is a choice.
         max_message: bytes of a message put together from fragments; 65536 is a choice.
         max_streams: streams of each kind that the peer may use; 16 is a choice.
@@ -63,14 +65,15 @@ class StreamOptions:
     window: int = _BITMAP_BITS
     heartbeat_s: float = 0.1
     heartbeat_max_s: float = 1.6
+    repeat_s: float = 0.05
     max_queued: int = 0x10000
     max_message: int = 0x10000
     max_streams: int = 16
 
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
-        check_positive(LocalProtocolError, self, ("heartbeat_s", "heartbeat_max_s", "max_queued", "max_message"))
-        check_positive(LocalProtocolError, self, ("max_streams",))
+        check_positive(LocalProtocolError, self, ("heartbeat_s", "heartbeat_max_s", "repeat_s"))
+        check_positive(LocalProtocolError, self, ("max_queued", "max_message", "max_streams"))
         if not 1 <= self.window <= _BITMAP_BITS:
             raise LocalProtocolError(f"window {self.window} is not 1..{_BITMAP_BITS}")
 

@@ -395,6 +395,19 @@ def test_heartbeats_come_less_and_less_often_until_an_acknack():
     assert (agent.next_deadline_ns(), agent.unacknowledged) == (None, 0)
 
 
+def test_many_acknacks_have_a_message_sent_again_once():
+    agent = open_agent()
+    for _ in range(16):
+        agent.send(xrce.TopicData(**IDS, data=bytes(400)), 0)
+    all_of_them = xrce.encode_submessage(xrce.AckNack(first_unacked=0, nack_bitmap=0xFFFF, stream_id=0x80))
+    asked = xrce.encode_frame(
+        xrce.encode_message(xrce.Header(session_id=0x81), xrce.pack_submessages([all_of_them] * 40))
+    )
+    repeats = [len(said_in(agent.receive(asked * 2, at_ms * MS))) for at_ms in (1, 50, 51)]
+    assert repeats == [16, 0, 16]
+    assert agent.counters.repeated == 32
+
+
 def test_an_acknack_about_what_was_never_sent_means_nothing():
     agent = open_agent()
     agent.send(xrce.StatusReply(request_id=10, object_id=0x11, status=Status.OK), 0)
@@ -522,6 +535,7 @@ def test_misuse_changes_nothing():
         lambda: xrce.AgentOptions(silence_s=0.0),
         lambda: xrce.StreamOptions(window=17),
         lambda: xrce.StreamOptions(heartbeat_s=0.0),
+        lambda: xrce.StreamOptions(repeat_s=0.0),
     ],
 )
 def test_options_that_cannot_be(make):
