@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from protocols import xrce
@@ -533,6 +535,8 @@ def test_misuse_changes_nothing():
         lambda: xrce.AgentOptions(frames=xrce.FramingOptions(max_payload=35)),
         lambda: ClientOptions(client_key=KEY, attempts=0),
         lambda: xrce.AgentOptions(silence_s=0.0),
+        lambda: xrce.AgentOptions(silence_s=math.inf),
+        lambda: xrce.AgentOptions(silence_s=math.nan),
         lambda: xrce.StreamOptions(window=17),
         lambda: xrce.StreamOptions(heartbeat_s=0.0),
         lambda: xrce.StreamOptions(repeat_s=0.0),
