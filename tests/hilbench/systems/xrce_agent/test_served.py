@@ -205,7 +205,7 @@ def test_a_second_client_at_a_socket_is_turned_away_and_the_first_goes_on(serve)
     first, second = Client(Lengths(port), b"\1\2\3\4"), socket.create_connection(("127.0.0.1", port))
     assert select.select((second,), (), (), PATIENCE_S)[0]
     assert second.recv(1) == b""
-    process.hear("a client was turned away: another one is connected")
+    process.hear("a client was refused: another one is connected")
     first.connect()
     assert first.create_all() == [0] * 6
     second.close()
