@@ -21,7 +21,7 @@ class ServedTarget:
     Attributes:
         lines: the rate of each of its lines, bit/s, by name.
         make: brings it to life at the far ends of these lines, and returns how to end it.
-        source: its source in the journal, where it has one line alone; empty else.
+        source: its source in the journal, if what it receives is to be recorded as well.
         may_be_open: nothing is missing where some of its lines lead nowhere.
         one_client: a line makes sense with one client at a time: another one is turned away, unless the newest is to
             take over.

@@ -76,7 +76,9 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
         )
         stack.callback(target.make(bench, faulty))
         if target.source:
-            _record_received(bench, target.source, *faulty.values())
+            for line, port in faulty.items():
+                about = {"line": line.rpartition(".")[2]} if len(faulty) > 1 else {}
+                _record_received(bench, target.source, port, **about)
         for line, there in doors.items():
             _announce(bench, there, outside[line], say, line if len(doors) > 1 else "", options)
         for line in (line for line, there in doors.items() if not there and not target.may_be_open):
@@ -142,12 +144,12 @@ def _port(bench: Bench, line: str, doors: Sequence[AnyDoor], baud: int, options:
     return doors[0] if len(doors) == 1 else SharedDoor(doors, options.clients)
 
 
-def _record_received(bench: Bench, name: str, port: Port) -> None:
+def _record_received(bench: Bench, name: str, port: Port, **about: str) -> None:
     """Have what a client sends in the journal, too, for whoever judges it or plays it again."""
     to_target = port.on_receive
 
     def received(data: bytes, at_ns: int) -> None:
-        bench.record("rx", name, data=data)
+        bench.record("rx", name, **about, data=data)
         to_target(data, at_ns)
 
     port.on_receive = received

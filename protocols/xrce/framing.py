@@ -8,6 +8,8 @@ src/c/profile/transport/ip/tcp/tcp_transport.c).
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from protocols.common import flagged
 from protocols.common.flagged import NOISE_RUN, Dropped, DropReason, Frame
 from protocols.xrce.codes import COOKIE, SubmessageId
@@ -102,7 +104,7 @@ class LengthReader:
 
 
 class LineReader(flagged.FrameReader):
-    """Finds frames in the framing of the options; where that may be either, in the one that is found first.
+    """Finds frames in the framing of the options; where that may be either, that of the first to end.
 
     A line begins with lengths if the first of them leads to a message that begins a session or pings, or to the answer
     to that. Until that is known, what a serial line would have had to drop is not reported.
@@ -135,12 +137,12 @@ class LineReader(flagged.FrameReader):
             case Framing.LENGTH:
                 return self._lengths.receive(data)
         self._doubtful += super().receive(data, now_ns)
-        if any(isinstance(one, Frame) for one in self._doubtful):
-            return self._is(Framing.SERIAL)
         found = self._lengths.receive(data)
-        if not found:
+        serial_end = _first_end(self._doubtful)
+        if serial_end is None and not found:
             return []
-        if isinstance(found[0], Frame) and _begins(found[0].payload):
+        length_end = _first_end(one for one in found[:1] if isinstance(one, Frame) and _begins(one.payload))
+        if length_end is not None and (serial_end is None or length_end < serial_end):
             self._doubtful = found
             return self._is(Framing.LENGTH)
         return self._is(Framing.SERIAL)
@@ -159,6 +161,16 @@ class LineReader(flagged.FrameReader):
             self._lengths = LengthReader(self._line_options)
         found, self._doubtful = self._doubtful, []
         return found
+
+
+def _first_end(found: Iterable[Frame | Dropped]) -> int | None:
+    """Where the first frame of a line ends, in bytes from its beginning; None if there is none."""
+    end = 0
+    for one in found:
+        if isinstance(one, Frame):
+            return end + len(one.raw)
+        end += len(one.data)
+    return None
 
 
 def _begins(message: bytes) -> bool:

@@ -100,6 +100,7 @@ class Machine(FlaggedMachine[State, Trigger, Action, Timer, Event, Counters]):
         self.session_id = NO_SESSION
         self.client_key = b""
         self._of_session = False
+        self._ready: dict[int, ReliableInput] = {}  # by stream: what is handed on behind the message that is handled
         self.mtu = min(options.mtu, options.frames.max_payload)
 
     @property
@@ -132,6 +133,7 @@ class Machine(FlaggedMachine[State, Trigger, Action, Timer, Event, Counters]):
             self.take_body(body, header.stream_id)
         else:
             self.counters.foreign += 1
+        self._hand_on()
 
     @abstractmethod
     def heeds(self, header: Header) -> bool:
@@ -208,14 +210,20 @@ class Machine(FlaggedMachine[State, Trigger, Action, Timer, Event, Counters]):
             self.counters.refused += 1
             return
         self.counters.stale += not one.take(header.sequence, body)
-        self._hand_on(one, header.stream_id)
+        self._ready[header.stream_id] = one
 
-    def _hand_on(self, one: ReliableInput, stream_id: int) -> None:
-        """Handles what is complete, until that ends the session, and says what was received."""
-        while self.streams.reliable_input(stream_id) is one and (body := one.next()) is not None:
-            self.take_body(body, stream_id)
-        if self.inside and self.streams.reliable_input(stream_id) is one:
-            self.reply(one.acknack())
+    def _hand_on(self) -> None:
+        """Handles what is complete, until that ends the session, and says what was received.
+
+        What that makes ready waits for its turn: a message is handled to its end before the next one.
+        """
+        while self._ready:
+            stream_id, one = next(iter(self._ready.items()))
+            while self.streams.reliable_input(stream_id) is one and (body := one.next()) is not None:
+                self.take_body(body, stream_id)
+            del self._ready[stream_id]
+            if self.inside and self.streams.reliable_input(stream_id) is one:
+                self.reply(one.acknack())
 
     def _take_acknack(self, said: AckNack) -> None:
         output = self.streams.reliable_outputs.get(said.stream_id)
@@ -238,7 +246,7 @@ class Machine(FlaggedMachine[State, Trigger, Action, Timer, Event, Counters]):
         if lost:
             self.counters.lost += lost
             self.events.append(MessagesLost(stream_id=said.stream_id, count=lost))
-        self._hand_on(one, said.stream_id)
+        self._ready[said.stream_id] = one
 
     def hand_over(self, said: Submessage, stream_id: int, kinds: tuple[type, ...]) -> None:
         """Reports a submessage of one of these kinds to the program."""

@@ -10,11 +10,21 @@ from protocols.common.options import check_positive
 from protocols.xrce.codes import NO_SESSION, NO_SESSION_WITH_KEY
 from protocols.xrce.errors import LocalProtocolError
 
-__all__ = ["LEAST_MTU", "AgentOptions", "ClientOptions", "Framing", "FramingOptions", "StreamOptions"]
+__all__ = [
+    "LEAST_MTU",
+    "LONGEST_S",
+    "AgentOptions",
+    "ClientOptions",
+    "Framing",
+    "FramingOptions",
+    "StreamOptions",
+]
 
 _MOST = 0xFFFF
 _BITMAP_BITS = 16
 _KEY_BYTES = 4
+LONGEST_S = 0x7FFFFFFF
+"""The latest second of a clock, and the longest silence: what the seconds of `Time` can say, 68 years."""
 LEAST_MTU = 36
 """Bytes of the shortest message that a session can do with: TIMESTAMP_REPLY with a client key in the header."""
 
@@ -55,6 +65,8 @@ class StreamOptions:
             (Micro-XRCE-DDS-Client, CMakeLists.txt: UCLIENT_MIN_HEARTBEAT_TIME_INTERVAL 100 ms); it doubles each time
             until an ACKNACK comes, as there.
         heartbeat_max_s: the longest time between two; 1.6 s is a choice, the original doubles on.
+        repeat_s: time in which no message is sent again twice, whatever ACKNACKs say; 0.05 s is a choice, half of the
+            shortest time to a HEARTBEAT, so that the answer to that is always obeyed.
         max_queued: bytes of messages that wait for the window of one stream; 65536 is a choice.
         max_message: bytes of a message put together from fragments; 65536 is a choice.
         max_streams: streams of each kind that the peer may use; 16 is a choice.
@@ -63,14 +75,15 @@ class StreamOptions:
     window: int = _BITMAP_BITS
     heartbeat_s: float = 0.1
     heartbeat_max_s: float = 1.6
+    repeat_s: float = 0.05
     max_queued: int = 0x10000
     max_message: int = 0x10000
     max_streams: int = 16
 
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
-        check_positive(LocalProtocolError, self, ("heartbeat_s", "heartbeat_max_s", "max_queued", "max_message"))
-        check_positive(LocalProtocolError, self, ("max_streams",))
+        check_positive(LocalProtocolError, self, ("heartbeat_s", "heartbeat_max_s", "repeat_s"))
+        check_positive(LocalProtocolError, self, ("max_queued", "max_message", "max_streams"))
         if not 1 <= self.window <= _BITMAP_BITS:
             raise LocalProtocolError(f"window {self.window} is not 1..{_BITMAP_BITS}")
 
@@ -125,7 +138,8 @@ class AgentOptions:
 
     Attributes:
         mtu: the longest message, in bytes, to a client that says none; 512 is that of a client's serial transports.
-        silence_s: a client without a message for this long counts as lost; None for never, as in the original.
+        silence_s: a client without a message for this long counts as lost, at most 2147483647 s; None for never, as in
+            the original.
         epoch_ns: what the agent's clock says at bench time 0, in ns; TIMESTAMP is answered by it.
         frames: how its frames are made and found.
         streams: how its streams repeat and what they keep.
@@ -149,4 +163,6 @@ class AgentOptions:
     def __post_init__(self) -> None:
         """Checks the figures; LocalProtocolError names the wrong one."""
         check_positive(LocalProtocolError, self, ("silence_s", "max_objects", "history", "max_history_bytes"))
+        if self.silence_s is not None and self.silence_s > LONGEST_S:
+            raise LocalProtocolError(f"silence_s is {self.silence_s}, above {LONGEST_S}")
         _check_lengths(self.mtu, self.frames)

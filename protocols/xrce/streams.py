@@ -1,7 +1,8 @@
 """The streams of a session: what is sent again, what is waited for, what is kept; all of it bounded.
 
 A reliable stream numbers its messages. The sender keeps what is not acknowledged, at most a window of it, says in
-HEARTBEAT from where to where that is, and sends again what an ACKNACK names as missing. The receiver hands on message
+HEARTBEAT from where to where that is, and sends again what an ACKNACK names as missing, but none twice within
+`repeat_s`: one lost message is named in the answer to each that follows it. The receiver hands on message
 after message without a gap; what comes too early it keeps, what comes again it drops. It answers each message and each
 HEARTBEAT with an ACKNACK, as eProsima's client and agent do (session.c, Processor.cpp); in the specification (OMG
 DDS-XRCE 1.0, 8.4.14) only a HEARTBEAT is answered.
@@ -14,6 +15,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from protocols.xrce.codes import is_reliable
 from protocols.xrce.errors import LocalProtocolError, RemoteProtocolError, StreamFullError
@@ -56,6 +58,14 @@ class BestEffortInput:
         return newer
 
 
+@dataclass(slots=True)
+class _Sent:
+    """A message that is not acknowledged; when it may be sent again, in ns."""
+
+    body: bytes
+    again_ns: int
+
+
 class ReliableOutput:
     """Keeps messages until they are acknowledged.
 
@@ -68,10 +78,11 @@ class ReliableOutput:
         self._stream_id = stream_id
         self._options = options
         self._first = 0
-        self._sent: deque[bytes] = deque()
+        self._sent: deque[_Sent] = deque()
         self._waiting: deque[bytes] = deque()
         self._waiting_bytes = 0
         self._pause_ns = self._shortest_ns = round(options.heartbeat_s * _NS_PER_S)
+        self._repeat_ns = round(options.repeat_s * _NS_PER_S)
         self._longest_ns = round(options.heartbeat_max_s * _NS_PER_S)
         self.due_ns: int | None = None
 
@@ -83,7 +94,7 @@ class ReliableOutput:
     @property
     def held(self) -> int:
         """Bytes of these."""
-        return sum(map(len, self._sent)) + self._waiting_bytes
+        return sum(len(one.body) for one in self._sent) + self._waiting_bytes
 
     def push(self, bodies: list[bytes]) -> None:
         """Takes messages, to be sent by `sendable`.
@@ -111,13 +122,16 @@ class ReliableOutput:
             body = self._waiting.popleft()
             self._waiting_bytes -= len(body)
             number = after(self._first, len(self._sent))
-            self._sent.append(body)
+            self._sent.append(_Sent(body, now_ns))
             if self.due_ns is None:
                 self._restart(now_ns)
             yield number, body
 
     def acknowledge(self, said: AckNack, now_ns: int) -> list[Numbered]:
-        """Drops what was received; returns what is missing. One about other messages than those sent means nothing."""
+        """Drops what was received; returns what is missing, to be sent again, less what was sent again just now.
+
+        An ACKNACK about other messages than those sent means nothing.
+        """
         received = ahead(said.first_unacked, self._first)
         if received > len(self._sent):
             return []
@@ -125,8 +139,14 @@ class ReliableOutput:
             self._sent.popleft()
         self._first = said.first_unacked
         self._restart(now_ns)
-        missing = [bit for bit in range(len(self._sent)) if said.nack_bitmap >> bit & 1]
-        return [(after(self._first, bit), self._sent[bit]) for bit in missing]
+        missing = [
+            (after(self._first, bit), one)
+            for bit, one in enumerate(self._sent)
+            if said.nack_bitmap >> bit & 1 and one.again_ns <= now_ns
+        ]
+        for _, one in missing:
+            one.again_ns = now_ns + self._repeat_ns
+        return [(number, one.body) for number, one in missing]
 
     def heartbeat(self, now_ns: int) -> Heartbeat | None:
         """What is unacknowledged, if it is time to say so."""

@@ -7,6 +7,8 @@ from typing import Any
 
 __all__ = ["AgentSettings"]
 
+_LONGEST_S = 0x7FFFFFFF  # protocols.xrce.options.LONGEST_S, which takes its time
+
 
 def _setting(default: Any, unit: str, source: str) -> Any:
     return field(default=default, metadata={"unit": unit, "source": source})
@@ -36,6 +38,10 @@ class AgentSettings:
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise ValueError(f"{name} {value} is not above 0")
+        if self.silence_s is not None and not self.silence_s <= _LONGEST_S:
+            raise ValueError(f"silence_s {self.silence_s} is not at most {_LONGEST_S} s")
+        if self.epoch_s is not None and not 0 <= self.epoch_s <= _LONGEST_S:
+            raise ValueError(f"epoch_s {self.epoch_s} is not 0..{_LONGEST_S} s")
         if self.references:
             self._check_references()
 

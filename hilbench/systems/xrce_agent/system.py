@@ -91,7 +91,7 @@ class XrceAgent(System):
             return lambda: None
 
         lines = {f"{name}.{line}": baud or baud_of(bench_file, f"{name}.{line}") for line in LINES}
-        return ServedTarget(lines, make, may_be_open=True, one_client=True)
+        return ServedTarget(lines, make, name, may_be_open=True, one_client=True)
 
 
 XRCE_AGENT = XrceAgent()

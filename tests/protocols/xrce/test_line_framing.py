@@ -27,6 +27,11 @@ ACCEPTED = xrce.encode_message(
 DATA = xrce.encode_message(
     xrce.Header(session_id=0x81), xrce.encode_submessage(xrce.WriteData(request_id=1, object_id=0x15, data=b"x"))
 )
+FRAME_IN_DATA = xrce.encode_message(
+    xrce.Header(session_id=0x81),
+    xrce.encode_submessage(xrce.WriteData(request_id=1, object_id=0x15, data=encode_frame(DATA))),
+)
+FRAMES_IN_CREATE = CREATE + encode_frame(DATA) + encode_frame(PING)
 
 
 def kinds(found):
@@ -72,6 +77,8 @@ def test_behind_a_message_that_is_too_long_nothing_is_found_until_the_line_is_re
         (b"\x00\x00" + encode_frame(CREATE), Framing.SERIAL, [DropReason.NOISE, CREATE]),
         (b"\x18\x00noise" + encode_frame(CREATE), Framing.SERIAL, [DropReason.NOISE, CREATE]),
         (encode_frame(CREATE)[:9] + encode_frame(CREATE), Framing.SERIAL, [DropReason.CUT_SHORT, CREATE]),
+        (encode_frame(CREATE, LENGTH) + encode_frame(FRAME_IN_DATA, LENGTH), Framing.LENGTH, [CREATE, FRAME_IN_DATA]),
+        (encode_frame(FRAMES_IN_CREATE, LENGTH), Framing.SERIAL, [DropReason.NOISE, DATA, PING]),
         (encode_frame(DATA, LENGTH) + encode_frame(CREATE), Framing.SERIAL, [DropReason.NOISE, CREATE]),
     ],
 )

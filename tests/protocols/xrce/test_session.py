@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from protocols import xrce
@@ -395,6 +397,19 @@ def test_heartbeats_come_less_and_less_often_until_an_acknack():
     assert (agent.next_deadline_ns(), agent.unacknowledged) == (None, 0)
 
 
+def test_many_acknacks_have_a_message_sent_again_once():
+    agent = open_agent()
+    for _ in range(16):
+        agent.send(xrce.TopicData(**IDS, data=bytes(400)), 0)
+    all_of_them = xrce.encode_submessage(xrce.AckNack(first_unacked=0, nack_bitmap=0xFFFF, stream_id=0x80))
+    asked = xrce.encode_frame(
+        xrce.encode_message(xrce.Header(session_id=0x81), xrce.pack_submessages([all_of_them] * 40))
+    )
+    repeats = [len(said_in(agent.receive(asked * 2, at_ms * MS))) for at_ms in (1, 50, 51)]
+    assert repeats == [16, 0, 16]
+    assert agent.counters.repeated == 32
+
+
 def test_an_acknack_about_what_was_never_sent_means_nothing():
     agent = open_agent()
     agent.send(xrce.StatusReply(request_id=10, object_id=0x11, status=Status.OK), 0)
@@ -415,6 +430,38 @@ def test_what_a_sender_does_not_have_any_more_is_reported():
     assert said_in(events)[0][1] == [xrce.AckNack(first_unacked=6, nack_bitmap=0b101, stream_id=0x80)]
     events = agent.receive(frame(xrce.WriteData(**IDS, data=b"6"), stream_id=0x80, sequence=6), 3)
     assert [event.submessage.data for event in events if isinstance(event, xrce.Received)] == [b"6", b"7"]
+
+
+def test_a_message_is_handled_to_its_end_before_the_next_one():
+    """The HEARTBEAT in front makes the next message no earlier."""
+    agent = open_agent()
+    first, second = (xrce.WriteData(**IDS, data=data) for data in (b"1111", b"2222"))
+    heartbeat = xrce.Heartbeat(first_unacked=0, last_unacked=1, stream_id=0x80)
+    body = xrce.pack_submessages(map(xrce.encode_submessage, (heartbeat, first)))
+    agent.receive(frame(second, stream_id=0x80, sequence=1), 1)
+    header = xrce.Header(session_id=0x81, stream_id=0x80)
+    events = agent.receive(xrce.encode_frame(xrce.encode_message(header, body)), 2)
+    assert [event.submessage for event in events if isinstance(event, xrce.Received)] == [first, second]
+    assert [said for _, (said,) in said_in(events)] == [xrce.AckNack(first_unacked=2, nack_bitmap=0, stream_id=0x80)]
+
+
+def test_heartbeats_in_messages_that_wait_for_each_other_end():
+    """4.6 kB: each message of 16 full windows has a HEARTBEAT that hands on the next one, in a fragment."""
+    agent = open_agent()
+    streams = range(0x80, 0x90)
+    for stream_id in streams:
+        follower = stream_id + 1 if stream_id + 1 in streams else streams[0]
+        for number in range(1, 16):
+            said = xrce.Heartbeat(first_unacked=0, last_unacked=15, stream_id=stream_id)
+            if number == 15:
+                said = xrce.Heartbeat(first_unacked=1, last_unacked=15, stream_id=follower)
+            whole = xrce.Fragment(data=xrce.encode_submessage(said), last=True)
+            agent.receive(frame(whole, stream_id=stream_id, sequence=number), 1)
+    first = xrce.Heartbeat(first_unacked=0, last_unacked=15, stream_id=streams[0])
+    events = agent.receive(frame(first, stream_id=streams[0]), 2)
+    received = {said.stream_id: said.first_unacked for _, (said,) in said_in(events)}
+    assert received == dict.fromkeys(streams, 16)
+    assert agent.held == 0
 
 
 def test_best_effort_takes_only_what_is_newer():
@@ -488,8 +535,11 @@ def test_misuse_changes_nothing():
         lambda: xrce.AgentOptions(frames=xrce.FramingOptions(max_payload=35)),
         lambda: ClientOptions(client_key=KEY, attempts=0),
         lambda: xrce.AgentOptions(silence_s=0.0),
+        lambda: xrce.AgentOptions(silence_s=math.inf),
+        lambda: xrce.AgentOptions(silence_s=math.nan),
         lambda: xrce.StreamOptions(window=17),
         lambda: xrce.StreamOptions(heartbeat_s=0.0),
+        lambda: xrce.StreamOptions(repeat_s=0.0),
     ],
 )
 def test_options_that_cannot_be(make):

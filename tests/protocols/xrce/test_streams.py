@@ -12,6 +12,7 @@ from protocols.xrce.streams import Fragments, ReliableInput, ReliableOutput
 from tests.each import each
 
 SECOND = 1_000_000_000
+MS = 1_000_000
 
 
 @each(
@@ -27,20 +28,32 @@ def test_more_messages_than_there_are_numbers_arrive_once_and_in_order():
     """A quarter of all messages and acknowledgements is lost."""
     chance = random.Random(26)
     output, into = ReliableOutput(0x80, StreamOptions()), ReliableInput(0x80, StreamOptions())
-    heard, said, flying = [], 0, []
+    heard, said, flying, now_ns = [], 0, [], 0
     while len(heard) < 0x10000 + 100:
         more = range(said, said + 16 - output.unacknowledged)
         output.push([number.to_bytes(4, "big") for number in more])
         said = more.stop
-        flying += output.sendable(0)
+        now_ns += SECOND
+        flying += output.sendable(now_ns)
         for number, body in flying:
             if chance.random() < 0.75:
                 into.take(number, body)
         heard += iter(into.next, None)
         if (heartbeat := output.heartbeat(SECOND << 20)) and chance.random() < 0.75:
             assert into.announced(heartbeat) == 0
-        flying = output.acknowledge(into.acknack(), 0) if chance.random() < 0.75 else []
+        flying = output.acknowledge(into.acknack(), now_ns) if chance.random() < 0.75 else []
     assert heard == [number.to_bytes(4, "big") for number in range(len(heard))]
+
+
+def test_a_message_is_not_sent_again_twice_within_half_the_time_to_a_heartbeat():
+    output = ReliableOutput(0x80, StreamOptions())
+    output.push([b"0", b"1"])
+    assert len(list(output.sendable(0))) == 2
+    first, both = (AckNack(first_unacked=0, nack_bitmap=bits, stream_id=0x80) for bits in (0b01, 0b11))
+    again = [(at_ms, output.acknowledge(said, at_ms * MS)) for at_ms, said in [(1, first), (1, first), (2, both)]]
+    assert again == [(1, [(0, b"0")]), (1, []), (2, [(1, b"1")])]
+    again = [output.acknowledge(both, at_ms * MS) for at_ms in (50, 51, 52)]
+    assert again == [[], [(0, b"0")], [(1, b"1")]]
 
 
 def test_what_may_wait_is_limited():

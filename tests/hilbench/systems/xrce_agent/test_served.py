@@ -11,6 +11,7 @@ import struct
 
 import pytest
 
+from hilbench.journal import Journal
 from tests.hilbench.forked import PATIENCE_S
 
 SERVED = pytest.mark.real_time("a process that serves; its bytes are waited for, and nothing is timed")
@@ -62,10 +63,12 @@ class Lengths:
         self._socket = socket.create_connection(("127.0.0.1", port))
         self._socket.setblocking(False)
         self.close = self._socket.close
-        self._came = b""
+        self._came = self.sent = b""
 
     def send(self, payload):
-        self._socket.sendall(struct.pack("<H", len(payload)) + payload)
+        data = struct.pack("<H", len(payload)) + payload
+        self.sent += data
+        self._socket.sendall(data)
 
     def receive(self):
         while len(self._came) < 2 or len(self._came) < 2 + int.from_bytes(self._came[:2], "little"):
@@ -202,8 +205,32 @@ def test_a_second_client_at_a_socket_is_turned_away_and_the_first_goes_on(serve)
     first, second = Client(Lengths(port), b"\1\2\3\4"), socket.create_connection(("127.0.0.1", port))
     assert select.select((second,), (), (), PATIENCE_S)[0]
     assert second.recv(1) == b""
-    process.hear("a client was turned away: another one is connected")
+    process.hear("a client was refused: another one is connected")
     first.connect()
     assert first.create_all() == [0] * 6
     second.close()
     first.line.close()
+
+
+@SERVED
+def test_the_journal_has_what_came_at_each_line(forkable, tmp_path):
+    path = tmp_path / "j.jsonl"
+    with forkable.start("serve", "xrce-agent", "--tcp", "0", "--tcp", "0", "--journal", str(path)) as process:
+        ports = re.findall(r"tcp .*:(\d+),", process.hear("stop with"))
+        clients = [Client(Lengths(int(port)), bytes((1, 2, 3, number))) for number, port in enumerate(ports)]
+        for client in clients:
+            client.connect()
+            assert client.create(0x0011, 1, (b"\0\0", struct.pack("<h", 0))) == 0
+            client.say(3, struct.pack(">HH", 2, 0xFFFE), reliable=False)
+            client.hear(5)
+        process.send_signal(signal.SIGINT)
+        said = process.communicate()[1]
+        assert process.returncode == 0, said
+    came = {"line1": b"", "line2": b""}
+    for event in Journal.read(path).events:
+        if event["kind"] == "rx":
+            assert event["source"] == "agent"
+            came[event["line"]] += bytes.fromhex(event["data"])
+    assert [*came.values()] == [client.line.sent for client in clients]
+    for client in clients:
+        client.line.close()
