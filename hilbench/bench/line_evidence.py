@@ -29,17 +29,21 @@ def in_words(at_ns: int, words: str) -> str:
     return f"{at_ns / NS_PER_S:10.4f} s  {words}"
 
 
-def silence(now_ns: int, reader: TimedReader[Any], *, frames: bool) -> list[str]:
+def silence(now_ns: int, reader: TimedReader[Any], *, frames: bool, last_ns: int | None = None) -> list[str]:
     """Return a line that says what did not come, if there is anything to be said.
 
     Args:
         now_ns: bench time.
         reader: counts what came.
         frames: frames, or bytes that are none, are shown.
+        last_ns: when the last frame came, if there was one.
     """
     if not reader.bytes_received:
         return [in_words(now_ns, "nothing received")]
-    texts = [] if frames else [f"no frame received ({reader.bytes_received} bytes in all)"]
+    texts = []
+    if not frames:
+        since = f"({reader.bytes_received} bytes in all)" if last_ns is None else f"since {last_ns / NS_PER_S:.4f} s"
+        texts.append(f"no frame received {since}")
     silent_ns = now_ns - reader.last_byte_ns
     if silent_ns >= _SILENCE_NS:
         texts.append(f"nothing received for {silent_ns / NS_PER_S:.1f} s")

@@ -178,7 +178,8 @@ class LinePeer(ABC, Generic[MessageT]):
     def silence(self, mark: int = 0) -> Sequence[str]:
         """Return a line that says what did not come, if there is anything to be said."""
         frames = bool(self.received[mark:] or self.dropped)
-        return silence(self.bench.now_ns, self._timed, frames=frames)
+        last_ns = self.received[-1].at_ns if self.received else None
+        return silence(self.bench.now_ns, self._timed, frames=frames, last_ns=last_ns)
 
     def heard(self, got: Received[MessageT]) -> str:
         """Return a packet in words."""

@@ -20,7 +20,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
-from targets.mcu.core.library import structure, with_lock_held
+from targets.mcu.core.library import owner_of, structure, with_lock_held
 from targets.mcu.errors import EngineError
 
 __all__ = ["NS_PER_S", "Event", "Timebase"]
@@ -236,7 +236,7 @@ class Timebase:
 
     def _on_unraisable(self, others: Callable[[Any], Any], unraisable: Any) -> None:
         """Keep what a signal raises where `_happen` begins, before its ``try``: ctypes would ignore it."""
-        if getattr(unraisable.object, "__self__", None) is self and unraisable.exc_value is not None:
+        if owner_of(unraisable) is self and unraisable.exc_value is not None:
             self.keep(unraisable.exc_value)
         else:
             others(unraisable)

@@ -72,7 +72,7 @@ def test_only_what_came_since_a_mark_but_what_was_sent_before(rig):
     rig.peer.run(0.75)
     (sent, nothing) = rig.peer.evidence(rig.peer.mark())
     assert "LED_OFF" in sent
-    assert nothing.endswith(f"0.8500 s  no frame received ({len(REPORT)} bytes in all); nothing received for 0.8 s")
+    assert nothing.endswith("0.8500 s  no frame received since 0.0012 s; nothing received for 0.8 s")
 
 
 def test_the_last_of_many(rig):
@@ -81,6 +81,11 @@ def test_the_last_of_many(rig):
         rig.hear(REPORT)
     lines = rig.peer.evidence()
     assert [line.split()[2] for line in lines] == ["<", "<", *"><><><><"]
+
+
+def test_bytes_without_a_frame_are_counted(rig):
+    rig.hear(REPORT[:5])
+    assert rig.peer.evidence()[-1].endswith("0.1000 s  no frame received (5 bytes in all)")
 
 
 def test_settling_forgets_what_was_sent(rig):

@@ -13,6 +13,7 @@ from hilbench.judging.note_lines import notes_counted
 from hilbench.judging.verdicts import Verdict
 
 _EVIDENCE_LINES = 16
+_LAST_LINES = 4
 _MOST_CASES = 4
 _MOST_CAUSES, _FEW = 3, 3
 """How many common causes are named, and of how many clauses one has to be (choice)."""
@@ -41,9 +42,9 @@ def render(report: Report, *, colours: bool, width: int | None, quiet: bool = Fa
     lines = [] if quiet else [headline(report.bench, report.seed, report.hilbench), ""]
     for suite, clauses in groupby([] if quiet else report.clauses, key=lambda clause: clause.suite):
         lines += [*_suite(suite, list(clauses), colours, width or _PLAIN_WIDTH), ""]
-    first: dict[str, ClauseResult] = {}
+    first: dict[tuple[str, ...], ClauseResult] = {}
     for clause in _accounted(report):
-        known = first.setdefault(clause.cause or clause.id, clause)
+        known = first.setdefault(_alike(clause), clause)
         lines += [*(_account(clause, colours) if known is clause else _again(clause, known, colours)), ""]
     summary = _summary(report, colours)
     last = 2 if report.stopped else 1
@@ -112,23 +113,33 @@ def _head(clause: ClauseResult, colours: bool) -> str:
     return f"{_painted(word.upper(), _STYLES[word], colours)} {clause.id} ({clause.level}) {clause.title}"
 
 
+def _alike(clause: ClauseResult) -> tuple[str, ...]:
+    """Return what accounts have in common of which only the first is whole."""
+    return clause.suite, clause.verdict.value, clause.cause or clause.id
+
+
 def _again(clause: ClauseResult, known: ClauseResult, colours: bool) -> list[str]:
-    """Return the account of a clause whose cause stands further up."""
+    """Return the account of a clause whose cause is in the words of one further up: only the last of its evidence."""
     return [
         _head(clause, colours),
         f"  cause      as {known.id}: {clause.mark}{clause.cause}",
+        f"  clause     {clause.text}",
+        *_labelled("case", _cases(clause)),
+        *_labelled("evidence", clause.evidence[:_EVIDENCE_LINES][-_LAST_LINES:]),
+        *_labelled("screen", [clause.screen] if clause.screen else []),
         f"  reproduce  {clause.reproduce}",
     ]
 
 
 def _common(report: Report) -> list[str]:
-    """Return what several clauses have as their cause: what is behind them may be one defect."""
+    """Return the causes of several clauses: what is behind them may be one defect."""
     accounted = _accounted(report)
-    causes = Counter(clause.cause for clause in accounted)
+    alike = Counter(_alike(clause) for clause in accounted)
     return [
-        f"one cause of {count} of {len(accounted)}: {cause} ({next(one.id for one in accounted if one.cause == cause)})"
-        for cause, count in causes.most_common(_MOST_CAUSES)
-        if count >= _FEW and cause
+        f"the same words for {count} of {len(accounted)}: {cause} "
+        f"(first {next(one.id for one in accounted if _alike(one) == (suite, verdict, cause))})"
+        for (suite, verdict, cause), count in alike.most_common(_MOST_CAUSES)
+        if count >= _FEW
     ]
 
 

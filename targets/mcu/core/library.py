@@ -16,7 +16,7 @@ from typing import Any
 from targets.mcu.core.sources import current, digest_of, places
 from targets.mcu.errors import EngineError
 
-__all__ = ["About", "Row", "about", "load", "open_library", "structure", "structures_of", "with_lock_held"]
+__all__ = ["About", "Row", "about", "load", "open_library", "owner_of", "structure", "structures_of", "with_lock_held"]
 
 _REBUILD = f"{sys.executable} -m targets.mcu.core.build"
 
@@ -71,6 +71,17 @@ def load() -> ctypes.CDLL:
 def with_lock_held() -> Any:
     """Return the library as one whose functions keep Python's lock, for the caller to declare them: see `load`."""
     return ctypes.PyDLL("", handle=load()._handle)  # noqa: SLF001
+
+
+def owner_of(unraisable: Any) -> object:
+    """Return whose method ctypes has called, where what that raised at its entry comes to `sys.unraisablehook`.
+
+    From CPython 3.13 on the callback is not handed over; then it is the outermost frame whose ``self`` is it.
+    """
+    if unraisable.object is not None:
+        return getattr(unraisable.object, "__self__", None)
+    frames = unraisable.exc_traceback
+    return None if frames is None else frames.tb_frame.f_locals.get("self")
 
 
 @functools.cache

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, Protocol
 
-from targets.mcu.core.library import structure, with_lock_held
+from targets.mcu.core.library import owner_of, structure, with_lock_held
 from targets.mcu.cortexm.kinds import CORTEX_M3, CoreKind
 from targets.mcu.engine.api import Access, FaultKind, FloatAccess, Reg, Stop, StopKind
 from targets.mcu.engine.timing import Timing
@@ -521,7 +521,7 @@ class CoreEngine:
 
     def _on_unraisable(self, unraisable: Any) -> None:
         """Keep what a signal raises where a callback begins, before its ``try``: ctypes would ignore it."""
-        owner = getattr(unraisable.object, "__self__", None)
+        owner = owner_of(unraisable)
         caller = next((one for one in self._callers if one is owner), None)
         if caller is not None and unraisable.exc_value is not None:
             caller.keep(unraisable.exc_value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from types import SimpleNamespace
 
 import pytest
@@ -50,14 +51,15 @@ def test_a_lowered_limit_outlives_a_pause(make, at, skip):
 
 
 @pytest.mark.parametrize("raised", [KeyboardInterrupt, SystemExit])
-def test_what_a_signal_raises_where_a_callback_begins_ends_the_run(make, at, raised):
+@pytest.mark.parametrize("known", [True, False], ids=["until 3.12", "from 3.13 on"])
+def test_what_a_signal_raises_where_a_callback_begins_ends_the_run(make, at, raised, known):
     machine = make()
     engine = machine.engine
 
     def interrupt(_kind, _offset):
-        import sys
-
-        sys.unraisablehook(SimpleNamespace(object=engine._read, exc_value=raised()))
+        frame = SimpleNamespace(tb_frame=SimpleNamespace(f_locals={"self": engine}))
+        what = SimpleNamespace(object=engine._read if known else None, exc_value=raised(), exc_traceback=frame)
+        sys.unraisablehook(what)
 
     machine.on_access = interrupt
     engine.set(Reg.R0, at.registers)
