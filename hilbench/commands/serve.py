@@ -52,8 +52,13 @@ def parser() -> Parser:
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
     add("--baud", metavar="B", type=typed(arguments.baud), help="speed of the line in bit/s")
     add("--any-baud", action="store_true", help="accept clients at any baud rate, without garbage at a wrong one")
-    add("--clients", choices=[each.value for each in Clients], default=Clients.ALL,
-        help="who is served if several clients connect: all, the newest, the first (default: all)")  # fmt: skip
+    add(
+        "--clients",
+        choices=[each.value for each in Clients],
+        default=Clients.ALL,
+        help="who is served if several clients connect: all, the newest, the first (default: all; the first, where "
+        "a target takes one client a line)",
+    )
     add("--hangup", choices=("close", "ignore"), default="close",
         help="when a client leaves: close the line for the target, or ignore it (default: close)")  # fmt: skip
     add_parts(made)
