@@ -362,6 +362,45 @@ def test_long_samples_go_in_fragments_and_are_refused_on_a_best_effort_stream():
     assert star.agent.counters.undeliverable == 1
 
 
+@each("depth", [1, 5, None])
+def test_what_is_read_does_not_depend_on_how_the_bytes_are_cut(depth):
+    """More samples than are kept, and a READ_DATA in their midst, by which those before it are read first."""
+
+    def heard(*, whole):
+        star = connected("a", "b")
+        reader = xrce.DataReaderQos(history_depth=depth)
+        star.create_all("a", reader=reader)
+        star.create_all("b", reader=reader)
+        star.read("b", stream_id=1)
+        said = [xrce.WriteData(request_id=30, object_id=WRITER, data=bytes((number,))) for number in range(200)]
+        specification = xrce.ReadSpecification(stream_id=2, delivery=xrce.DeliveryControl(max_samples=xrce.UNLIMITED))
+        said.insert(100, xrce.ReadData(request_id=21, object_id=READER, specification=specification))
+        frames = [star.clients["a"].send(one, star.now_ns, stream_id=1) for one in said]
+        for data in [b"".join(frames)] if whole else frames:
+            star._wrote(star.agent.receive("a", data, star.now_ns))
+        star.run(SECOND)
+        return star.data("b", stream_id=1), star.data("a", stream_id=2)
+
+    of_b, of_a = heard(whole=True)
+    assert (of_b, of_a) == heard(whole=False)
+    assert of_b == [bytes((number,)) for number in range(200)]
+    assert of_a == of_b[100 - (depth or 16) :]
+
+
+@each("stream_id", [0x80, 1])
+def test_all_samples_of_one_message_are_read(stream_id):
+    star = connected("a", "b", mtu=4096)
+    star.create_all("a")
+    star.create_all("b")
+    star.read("b", stream_id=stream_id)
+    listened = []
+    star.agent.listen("rt/speed", FLOAT, lambda sample: listened.append(sample.data))
+    many = [bytes((number,)) for number in range(40)]
+    star.say("a", *(xrce.WriteData(request_id=30, object_id=WRITER, data=data) for data in many))
+    star.run(SECOND)
+    assert star.data("b", stream_id=stream_id) == listened == many
+
+
 # --- services
 
 
