@@ -295,6 +295,11 @@ class AgentService:
         if entity is None or entity.reader is None:
             self._status(line, said, Status.UNKNOWN_REFERENCE, now_ns)
             return
+        try:
+            line.session.reserve(said.specification.stream_id)
+        except LocalProtocolError:
+            self._status(line, said, Status.RESOURCES, now_ns)
+            return
         entity.reading = Reading(said, now_ns)
         self._deliver(line, entity, now_ns)
 

@@ -532,6 +532,26 @@ def test_a_client_can_create_no_more_than_so_many_objects():
     assert star.create("a", 0x01, made, replace=True) is Status.OK
 
 
+def test_a_client_can_read_on_no_more_than_so_many_reliable_streams_beside_the_built_in_one():
+    star = connected("a", max_streams=3)
+    star.create_all("a")
+
+    def read(stream_id):
+        specification = xrce.ReadSpecification(
+            stream_id=stream_id, delivery=xrce.DeliveryControl(max_samples=xrce.UNLIMITED)
+        )
+        return star.ask("a", xrce.ReadData(request_id=20, object_id=READER, specification=specification))
+
+    (said,) = [one for stream_id in (0x81, 0x82, 0x83, 0x84) for one in read(stream_id)]
+    assert said == xrce.StatusReply(request_id=20, object_id=READER, status=Status.RESOURCES)
+    star.write("a", b"on the last one that there was room for")
+    star.run(SECOND)
+    assert len(star.data("a", stream_id=0x83)) == 1
+    assert [one for stream_id in (0x81, 0x80, 1, 0x7F) for one in read(stream_id)] == []
+    with pytest.raises(xrce.LocalProtocolError, match="streams"):
+        star.agent.sessions["a"].send(xrce.TopicData(request_id=20, object_id=READER, data=b""), 0, stream_id=0x90)
+
+
 def test_a_client_that_never_reads_does_not_make_the_agent_grow():
     bounds = {"history": 10, "max_history_bytes": 4000}
     options = AgentOptions(streams=xrce.StreamOptions(max_queued=5000), **bounds)
