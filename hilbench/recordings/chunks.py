@@ -9,7 +9,7 @@ from typing import Any
 from hilbench.plugins.discovery import PLUGINS
 from protocols.common.decoding import Speaker
 
-__all__ = ["Chunk", "chunk_of", "speaker_of"]
+__all__ = ["Chunk", "chunk_of", "line_of", "speaker_of"]
 
 _SPEAKERS: Mapping[str, Speaker] = {"device": "target", "server": "target", "checker": "host", "client": "host"}
 """Who speaks at the sources that any bench may have; a system names its own beside them."""
@@ -43,14 +43,19 @@ def chunk_of(event: Any) -> Chunk | None:
     kind = event["kind"]
     if kind not in {"tx", "rx", "dropped"} or "data" not in event:
         return None
-    source, sent = str(event["source"]), kind == "tx"
+    source, line, sent = str(event["source"]), line_of(event), kind == "tx"
     speaker = speaker_of(source)
     return Chunk(
         data=bytes.fromhex(event["data"]),
-        stream=f"{source} {'tx' if sent else 'rx'}",
+        stream=f"{source}{line and '.'}{line} {'tx' if sent else 'rx'}",
         speaker=speaker if sent else _OTHER[speaker],
         ns=int(event["ns"]),
     )
+
+
+def line_of(event: Any) -> str:
+    """Return at which of its source's lines something came or went; empty where the source has but one."""
+    return str(event.get("line", ""))
 
 
 def speaker_of(source: str) -> Speaker:

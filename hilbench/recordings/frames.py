@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from hilbench.clock import NS_PER_S
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
-from hilbench.recordings.chunks import chunk_of
+from hilbench.recordings.chunks import chunk_of, line_of
 from hilbench.recordings.layout import Event
 from protocols.common.decoding import Decoder
 from protocols.common.items import Item, Kind
@@ -24,6 +24,9 @@ _UNFINISHED = frozenset({"unfinished frame abandoned", "unfinished for too long"
 
 _ENOUGH_BYTES = 50_000
 
+_Stream = tuple[str, str, str]
+"""A source, one of its lines, and ``tx`` or ``rx``."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Framed:
@@ -32,6 +35,7 @@ class Framed:
     Attributes:
         ns: when its last byte was there, in ns.
         source: who sent or received it.
+        line: at which of its lines; empty where it has but one.
         kind: ``tx`` or ``rx``.
         item: what it is.
         cut: whether it is of a frame whose rest was still to come when the recording, or its case, ended.
@@ -39,6 +43,7 @@ class Framed:
 
     ns: int
     source: str
+    line: str
     kind: str
     item: Item
     cut: bool = False
@@ -53,8 +58,8 @@ def framed(events: Iterable[tuple[int, Event]], protocol: ProtocolPlugin, option
         options: how its frames are read, its own record; as usual if None.
     """
     options = protocol.options() if options is None else options
-    decoders: dict[tuple[str, str], Decoder] = {}
-    fed_ns: dict[tuple[str, str], int] = {}
+    decoders: dict[_Stream, Decoder] = {}
+    fed_ns: dict[_Stream, int] = {}
     last_ns = 0
     for ns, event in events:
         if event["kind"] == "case":
@@ -64,25 +69,25 @@ def framed(events: Iterable[tuple[int, Event]], protocol: ProtocolPlugin, option
         chunk = chunk_of(event)
         if chunk is None:
             continue
-        key = _stream(event)
+        key = source, line, kind = _stream(event)
         if key not in decoders:
-            decoders[key] = protocol.decoder(options, chunk.speaker or ("host" if key[1] == "tx" else "target"))
+            decoders[key] = protocol.decoder(options, chunk.speaker or ("host" if kind == "tx" else "target"))
         fed_ns[key] = ns
         for item in decoders[key].feed(chunk.data):
-            yield Framed(ns=ns, source=key[0], kind=key[1], item=item)
+            yield Framed(ns=ns, source=source, line=line, kind=kind, item=item)
     yield from _rest(decoders, fed_ns, last_ns)
 
 
-def _stream(event: Event) -> tuple[str, str]:
-    return str(event["source"]), "tx" if event["kind"] == "tx" else "rx"
+def _stream(event: Event) -> _Stream:
+    return str(event["source"]), line_of(event), "tx" if event["kind"] == "tx" else "rx"
 
 
-def _rest(decoders: dict[tuple[str, str], Decoder], fed_ns: dict[tuple[str, str], int], ns: int) -> Iterator[Framed]:
-    for (source, kind), decoder in decoders.items():
+def _rest(decoders: dict[_Stream, Decoder], fed_ns: dict[_Stream, int], ns: int) -> Iterator[Framed]:
+    for (source, line, kind), decoder in decoders.items():
         items = list(decoder.finish())
-        cut_at = _cut_at(items) if ns - fed_ns[source, kind] <= FRAME_NS else len(items)
+        cut_at = _cut_at(items) if ns - fed_ns[source, line, kind] <= FRAME_NS else len(items)
         for number, item in enumerate(items):
-            yield Framed(ns=ns, source=source, kind=kind, item=item, cut=number >= cut_at)
+            yield Framed(ns=ns, source=source, line=line, kind=kind, item=item, cut=number >= cut_at)
 
 
 def _cut_at(items: list[Item]) -> int:
@@ -123,20 +128,20 @@ def spoken(
     return best
 
 
-def _said(events: list[tuple[int, Event]]) -> Counter[tuple[str, str]]:
+def _said(events: list[tuple[int, Event]]) -> Counter[_Stream]:
     """Count the bytes of each stream."""
     chunks = ((event, chunk_of(event)) for _, event in events)
-    counted: Counter[tuple[str, str]] = Counter()
+    counted: Counter[_Stream] = Counter()
     for event, chunk in chunks:
         if chunk is not None:
             counted[_stream(event)] += len(chunk.data)
     return counted
 
 
-def _in_frames(events: list[tuple[int, Event]], protocol: ProtocolPlugin, said: Counter[tuple[str, str]]) -> int:
+def _in_frames(events: list[tuple[int, Event]], protocol: ProtocolPlugin, said: Counter[_Stream]) -> int:
     """Count the bytes in frames, of the streams that consist of frames."""
-    sound: Counter[tuple[str, str]] = Counter()
+    sound: Counter[_Stream] = Counter()
     for one in framed(events, protocol):
         if one.item.kind is Kind.FRAME:
-            sound[one.source, one.kind] += len(one.item.raw)
+            sound[one.source, one.line, one.kind] += len(one.item.raw)
     return sum(count for stream, count in sound.items() if count * 2 > said[stream])

@@ -25,6 +25,7 @@ from protocols.xrce.descriptions import (
 from protocols.xrce.errors import RemoteProtocolError
 from protocols.xrce.objects import (
     KIND_OF_OBJECT,
+    OBJECT_LAYOUT,
     DataReader,
     DataReaderBinary,
     DataWriter,
@@ -42,6 +43,7 @@ from protocols.xrce.options import AgentOptions
 from protocols.xrce.reading import Reading
 from protocols.xrce.space import DataSpace, Reader, Writer
 from protocols.xrce.submessages import Create
+from protocols.xrce.wire import payload_writer
 
 __all__ = ["Entities", "Entity", "Mismatch"]
 
@@ -83,6 +85,7 @@ class Entity:
     Attributes:
         object_id: its id.
         object: as the client has described it.
+        size: of this description in binary, in bytes.
         domain_id: of its participant.
         parents: the ids of the objects that it goes with.
         topic: what a topic is.
@@ -94,6 +97,7 @@ class Entity:
 
     object_id: int
     object: Object
+    size: int = 0
     domain_id: int = 0
     parents: tuple[int, ...] = ()
     topic: TopicDescription | None = None
@@ -145,6 +149,7 @@ class Entities:
         if any(parent not in self.by_id for parent in made.parents):
             return Status.UNKNOWN_REFERENCE
         self.delete(object_id)
+        made.size = _size(said.object)
         self.by_id[object_id] = made
         self._enter(made)
         return Status.OK
@@ -168,10 +173,10 @@ class Entities:
 
     @property
     def held(self) -> int:
-        """Bytes of the samples that wait for the client, or for later readers."""
+        """Bytes of what the client has described, and of the samples that wait for it, or for later readers."""
         stores = [one.reader.waiting for one in self.by_id.values() if one.reader]
         stores += [one.writer.kept for one in self.by_id.values() if one.writer]
-        return sum(one.held for one in stores)
+        return sum(one.held for one in stores) + sum(one.size for one in self.by_id.values())
 
     def _make(self, object_id: int, said: Object) -> Entity | None:
         """The object, not in its place yet; None of a kind that an agent does not create.
@@ -256,6 +261,12 @@ class Entities:
         if made.reader is not None:
             for writer in self.space.add_reader(made.reader):
                 self.mismatches.append(_mismatch(writer, made.reader))
+
+
+def _size(described: Object) -> int:
+    out = payload_writer(little_endian=True)
+    OBJECT_LAYOUT.write(out, described)
+    return len(out.data)
 
 
 def _both(found: EndpointDescription) -> tuple[TopicDescription | None, Qos]:

@@ -69,7 +69,8 @@ class StreamOptions:
             shortest time to a HEARTBEAT, so that the answer to that is always obeyed.
         max_queued: bytes of messages that wait for the window of one stream; 65536 is a choice.
         max_message: bytes of a message put together from fragments; 65536 is a choice.
-        max_streams: streams of each kind that the peer may use; 16 is a choice.
+        max_streams: streams of each kind that the peer may use, and reliable ones that are sent on beside the built-in
+            one; 16 is a choice.
     """
 
     window: int = _BITMAP_BITS

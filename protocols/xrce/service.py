@@ -40,7 +40,7 @@ from protocols.xrce.service_events import (
 )
 from protocols.xrce.session import Session
 from protocols.xrce.space import DataSpace, Reader, SampleIdentity, StoredSample, Writer
-from protocols.xrce.states import Role
+from protocols.xrce.states import AgentState, Role
 from protocols.xrce.submessages import (
     Create,
     DataReaderActivity,
@@ -137,9 +137,11 @@ class AgentService:
 
     def receive(self, line: str, data: bytes, now_ns: int) -> Written:
         """Takes bytes that came at a line; returns what is to be written, and where."""
+        written: Written = []
         for events in self._lines[line].session.receive_each(data, now_ns):
             self._take(self._lines[line], events, now_ns)
-        return self._settle(now_ns)
+            written += self._settle(now_ns)
+        return written
 
     def advance(self, now_ns: int) -> Written:
         """Does what is due."""
@@ -181,7 +183,7 @@ class AgentService:
 
     def write(self, writer: Writer, data: bytes, now_ns: int) -> Written:
         """A program beside the agent writes a sample: CDR without a header, little-endian."""
-        self._route("", writer, StoredSample(data=data))
+        self._route("", writer, StoredSample(data=data), now_ns)
         return self._settle(now_ns)
 
     def listen(
@@ -271,9 +273,10 @@ class AgentService:
             self.counters.unreadable += 1
             self._status(line, said, Status.INVALID_DATA, now_ns)
             return
-        self._route(line.name, entity.writer, sample)
+        self._route(line.name, entity.writer, sample, now_ns)
 
-    def _route(self, line: str, writer: Writer, sample: StoredSample) -> None:
+    def _route(self, line: str, writer: Writer, sample: StoredSample, now_ns: int) -> None:
+        """Hands a sample on, as far as it is wanted at once: it must not be pushed out by the next one of a message."""
         self.counters.routed += 1
         reached = len(self.space.write(writer, sample))
         self._events.append(
@@ -285,13 +288,20 @@ class AgentService:
                 readers=reached,
             )
         )
+        self._deliver_all(now_ns)
 
     def _read(self, line: _Line, said: ReadData, entity: Entity | None, now_ns: int) -> None:
         """READ_DATA; it is answered by data, and takes the place of the one before."""
         if entity is None or entity.reader is None:
             self._status(line, said, Status.UNKNOWN_REFERENCE, now_ns)
             return
+        try:
+            line.session.reserve(said.specification.stream_id)
+        except LocalProtocolError:
+            self._status(line, said, Status.RESOURCES, now_ns)
+            return
         entity.reading = Reading(said, now_ns)
+        self._deliver(line, entity, now_ns)
 
     def _status(self, line: _Line, said: Create | Delete | WriteData | ReadData, status: Status, now_ns: int) -> None:
         if status >= _ERRORS_FROM:
@@ -310,6 +320,11 @@ class AgentService:
 
     def _settle(self, now_ns: int) -> Written:
         """Delivers what can be delivered; returns all that is to be written."""
+        self._deliver_all(now_ns)
+        out, self._out = self._out, []
+        return [(name, data) for name, data in out if data]
+
+    def _deliver_all(self, now_ns: int) -> None:
         self._due_ns = None
         for reader, heard in [*self._listeners.values()]:
             while reader.waiting:
@@ -318,13 +333,11 @@ class AgentService:
             if line.entities is not None:
                 for entity in line.entities.by_id.values():
                     self._deliver(line, entity, now_ns)
-        out, self._out = self._out, []
-        return [(name, data) for name, data in out if data]
 
     def _deliver(self, line: _Line, entity: Entity, now_ns: int) -> None:
         """Hands over the samples that wait for a client, as far as it has asked for them and has room."""
         reader, reading = entity.reader, entity.reading
-        if reader is None or reading is None:
+        if reader is None or reading is None or line.session.state is not AgentState.OPEN:
             return
         while reader.waiting:
             if reading.is_over(now_ns):

@@ -20,7 +20,7 @@ from collections.abc import Iterable, Iterator
 from protocols.common.flagged_connection import FlaggedConnection
 from protocols.xrce.agent import AgentMachine
 from protocols.xrce.client import ClientMachine
-from protocols.xrce.codes import BUILTIN_RELIABLE, OBJECT_AGENT, InfoMask
+from protocols.xrce.codes import BUILTIN_RELIABLE, OBJECT_AGENT, InfoMask, is_reliable
 from protocols.xrce.errors import LocalProtocolError
 from protocols.xrce.events import Event
 from protocols.xrce.framing import Dropped, Frame, LineReader
@@ -122,7 +122,7 @@ class Session(FlaggedConnection[State, Trigger, Action, Timer, Event, Counters])
 
         Raises:
             LocalProtocolError: there is no session, a submessage is the other end's or the machine's to send, or does
-                not fit. Nothing is changed then.
+                not fit, or the stream is one too many. Nothing is changed then.
             StreamFullError: too much waits on the stream already. Nothing is changed then.
         """
         several = [submessages] if isinstance(submessages, Submessage) else list(submessages)
@@ -136,6 +136,15 @@ class Session(FlaggedConnection[State, Trigger, Action, Timer, Event, Counters])
                 )
         machine.now_ns = max(now_ns, machine.now_ns)
         return self._count(machine.outgoing(several, stream_id))
+
+    def reserve(self, stream_id: int) -> None:
+        """Makes sure that a stream can be sent on.
+
+        Raises:
+            LocalProtocolError: it is a reliable one too many; nothing is changed then.
+        """
+        if is_reliable(stream_id):
+            self._machine.streams.reliable_output(stream_id)
 
     def new_request_id(self) -> int:
         """The next number for a request, 10..65535; those below are the original client's own."""

@@ -17,7 +17,7 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from protocols.xrce.codes import is_reliable
+from protocols.xrce.codes import BUILTIN_RELIABLE, is_reliable
 from protocols.xrce.errors import LocalProtocolError, RemoteProtocolError, StreamFullError
 from protocols.xrce.options import StreamOptions
 from protocols.xrce.sequence import BEFORE_FIRST, after, ahead, is_newer
@@ -297,9 +297,15 @@ class Streams:
         return min((one.due_ns for one in self.reliable_outputs.values() if one.due_ns is not None), default=None)
 
     def reliable_output(self, stream_id: int) -> ReliableOutput:
-        """The one of this id."""
-        outputs = self.reliable_outputs
+        """The one of this id.
+
+        Raises:
+            LocalProtocolError: it is one too many.
+        """
+        outputs, most = self.reliable_outputs, self._options.max_streams
         if stream_id not in outputs:
+            if stream_id != BUILTIN_RELIABLE and len(outputs.keys() - {BUILTIN_RELIABLE}) >= most:
+                raise LocalProtocolError(f"stream {stream_id:#04x} is one too many: {most} streams are sent on")
             outputs[stream_id] = ReliableOutput(stream_id, self._options)
         return outputs[stream_id]
 

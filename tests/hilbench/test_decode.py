@@ -16,6 +16,8 @@ from hilbench.cli import main
 from hilbench.decode.sources import read_chunks
 from hilbench.journal import Journal
 from hilbench.plugins.discovery import PLUGINS
+from hilbench.recordings.chunks import speaker_of
+from hilbench.recordings.frames import framed, spoken
 from protocols import autoware, carla, p2os, pkt, xrce
 from protocols.common.decoding import NoOptions
 from protocols.common.item_words import said
@@ -224,6 +226,37 @@ def test_a_journal(tmp_path, capsys):
     assert main(["decode", "pkt", str(journal)]) == 0
     out = capsys.readouterr().out
     assert "checker tx    UPDATE_MOTOR_SPEED_SETPOINTS a_rpm=30 b_rpm=30 flags=3" in out
+
+
+def test_a_journal_of_one_source_with_several_lines(tmp_path, capsys):
+    """An agent's lines: at one a board with serial framing, at the other a program with lengths, byte after byte."""
+    ping = xrce.GetInfo(request_id=10, object_id=xrce.OBJECT_AGENT, info_mask=xrce.InfoMask.ACTIVITY)
+    message = xrce.encode_message(xrce.Header(session_id=0x80), xrce.encode_submessage(ping))
+    framings = {"line1": xrce.Framing.SERIAL, "line2": xrce.Framing.LENGTH}
+    frames = {
+        line: xrce.encode_frame(message, xrce.FramingOptions(framing=framing)) for line, framing in framings.items()
+    }
+    events = [
+        {"ns": at, "kind": kind, "source": "agent", "line": line, "data": frames[line][at : at + 1].hex()}
+        for at in range(max(map(len, frames.values())))
+        for line in frames
+        for kind in ("rx", "tx")
+        if at < len(frames[line])
+    ]
+    lines = [json.dumps(event) for event in ({"kind": "journal"}, *events)]
+    (tmp_path / "run.jsonl").write_text("\n".join(lines))
+    assert main(["decode", "xrce", str(tmp_path / "run.jsonl"), "--json"]) == 0
+    out = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    streams = {f"agent.{line} {kind}" for line in frames for kind in ("rx", "tx")}
+    assert sorted(one["stream"] for one in out) == sorted(streams)
+    assert {bytes.fromhex(one["raw"]) for one in out} == {*frames.values()}
+    timed = [(event["ns"], event) for event in events]
+    found = [*framed(timed, PLUGINS.get("xrce", "here"))]
+    assert sorted((one.line, one.kind, one.item.raw) for one in found) == sorted(
+        (line, kind, data) for line, data in frames.items() for kind in ("rx", "tx")
+    )
+    assert spoken(timed).name == "xrce"
+    assert speaker_of("agent") == "target"
 
 
 def test_a_stream_that_is_not_there_is_refused(tmp_path, capsys):

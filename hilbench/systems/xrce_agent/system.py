@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from hilbench.plugins.system import API, ModelKind, System
@@ -31,6 +32,7 @@ class XrceAgent(System):
     name = "xrce-agent"
     title = "XRCE agent"
     summary = "the agent of micro-ROS: boards connect to it, and to each other through it"
+    speakers = MappingProxyType({"agent": "target"})
 
     def models(self) -> Mapping[str, ModelKind]:
         """See `System`."""

@@ -362,6 +362,45 @@ def test_long_samples_go_in_fragments_and_are_refused_on_a_best_effort_stream():
     assert star.agent.counters.undeliverable == 1
 
 
+@each("depth", [1, 5, None])
+def test_what_is_read_does_not_depend_on_how_the_bytes_are_cut(depth):
+    """More samples than are kept, and a READ_DATA in their midst, by which those before it are read first."""
+
+    def heard(*, whole):
+        star = connected("a", "b")
+        reader = xrce.DataReaderQos(history_depth=depth)
+        star.create_all("a", reader=reader)
+        star.create_all("b", reader=reader)
+        star.read("b", stream_id=1)
+        said = [xrce.WriteData(request_id=30, object_id=WRITER, data=bytes((number,))) for number in range(200)]
+        specification = xrce.ReadSpecification(stream_id=2, delivery=xrce.DeliveryControl(max_samples=xrce.UNLIMITED))
+        said.insert(100, xrce.ReadData(request_id=21, object_id=READER, specification=specification))
+        frames = [star.clients["a"].send(one, star.now_ns, stream_id=1) for one in said]
+        for data in [b"".join(frames)] if whole else frames:
+            star._wrote(star.agent.receive("a", data, star.now_ns))
+        star.run(SECOND)
+        return star.data("b", stream_id=1), star.data("a", stream_id=2)
+
+    of_b, of_a = heard(whole=True)
+    assert (of_b, of_a) == heard(whole=False)
+    assert of_b == [bytes((number,)) for number in range(200)]
+    assert of_a == of_b[100 - (depth or 16) :]
+
+
+@each("stream_id", [0x80, 1])
+def test_all_samples_of_one_message_are_read(stream_id):
+    star = connected("a", "b", mtu=4096)
+    star.create_all("a")
+    star.create_all("b")
+    star.read("b", stream_id=stream_id)
+    listened = []
+    star.agent.listen("rt/speed", FLOAT, lambda sample: listened.append(sample.data))
+    many = [bytes((number,)) for number in range(40)]
+    star.say("a", *(xrce.WriteData(request_id=30, object_id=WRITER, data=data) for data in many))
+    star.run(SECOND)
+    assert star.data("b", stream_id=stream_id) == listened == many
+
+
 # --- services
 
 
@@ -493,12 +532,45 @@ def test_a_client_can_create_no_more_than_so_many_objects():
     assert star.create("a", 0x01, made, replace=True) is Status.OK
 
 
+def test_a_client_can_read_on_no_more_than_so_many_reliable_streams_beside_the_built_in_one():
+    star = connected("a", max_streams=3)
+    star.create_all("a")
+
+    def read(stream_id):
+        specification = xrce.ReadSpecification(
+            stream_id=stream_id, delivery=xrce.DeliveryControl(max_samples=xrce.UNLIMITED)
+        )
+        return star.ask("a", xrce.ReadData(request_id=20, object_id=READER, specification=specification))
+
+    (said,) = [one for stream_id in (0x81, 0x82, 0x83, 0x84) for one in read(stream_id)]
+    assert said == xrce.StatusReply(request_id=20, object_id=READER, status=Status.RESOURCES)
+    star.write("a", b"on the last one that there was room for")
+    star.run(SECOND)
+    assert len(star.data("a", stream_id=0x83)) == 1
+    assert [one for stream_id in (0x81, 0x80, 1, 0x7F) for one in read(stream_id)] == []
+    with pytest.raises(xrce.LocalProtocolError, match="streams"):
+        star.agent.sessions["a"].send(xrce.TopicData(request_id=20, object_id=READER, data=b""), 0, stream_id=0x90)
+
+
+@each("made", [xml_objects(), objects()])
+def test_descriptions_count_as_what_is_held(made):
+    star = connected("a")
+    for object_id, one in made.items():
+        before = star.agent.held
+        assert star.create("a", object_id, one) is Status.OK
+        text = getattr(one.representation, "text", getattr(one.representation, "topic_name", ""))
+        assert len(text) < star.agent.held - before < len(text) + 80
+    (said,) = star.ask("a", xrce.Delete(request_id=11, object_id=PARTICIPANT))
+    assert (said.status, star.agent.held) == (Status.OK, 0)
+
+
 def test_a_client_that_never_reads_does_not_make_the_agent_grow():
     bounds = {"history": 10, "max_history_bytes": 4000}
     options = AgentOptions(streams=xrce.StreamOptions(max_queued=5000), **bounds)
     star = connected("a", "b", options=options, max_queued=5000)
     star.create_all("a")
     star.create_all("b")
+    of_objects = star.agent.held
     star.read("b")
     star.read("b", stream_id=1, request_id=21)
     star.read("b", stream_id=0x80, request_id=22)
@@ -508,7 +580,7 @@ def test_a_client_that_never_reads_does_not_make_the_agent_grow():
         star.write("a", number.to_bytes(4, "big") * 50, stream_id=1)
         star.run(MS)
         most = max(most, star.agent.held)
-    assert most <= 16 * 512 + 5000 + 2 * (4000 + 200)
+    assert most - of_objects <= 16 * 512 + 5000 + 2 * (4000 + 200)
     assert star.agent.objects["b"][READER].reader.waiting.overrun > 2000
     star.deaf.clear()
     star.run(10 * SECOND)
