@@ -1,6 +1,6 @@
 """``python -m measure.xrce_messages``: reliable samples from client to client through the agent, on lines with faults.
 
-Each sample has its number in it. That all arrive, once and in order, is required; what it takes is told. Then random
+Each sample has its number in it. That all arrive, once and in order, is required; what it takes is printed. Then random
 and mutated bytes go into the agent and into a client, which may raise nothing and hold no more than they may.
 """
 
