@@ -7,6 +7,7 @@ what it receives. Judging is the business of the case.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -21,6 +22,7 @@ from hilbench.judging.verdicts import Inconclusive, Untimely, Violation
 from hilbench.links import Port
 from protocols.common.checksum import Checksum
 from protocols.common.decoding import Decoder
+from protocols.common.items import Item
 
 __all__ = ["QUIET_S", "LinePeer", "Received", "Sound", "Unsound"]
 
@@ -30,7 +32,7 @@ KindT = TypeVar("KindT")
 QUIET_S = 0.25
 """A line with nothing on it for this long is quiet. A choice: two and a half times the usual 100 ms between reports."""
 
-_EVIDENCE_PACKETS, _EVIDENCE_DROPS = 6, 2
+_EVIDENCE_PACKETS, _EVIDENCE_DROPS, _NEWS_OF_A_KIND = 6, 2, 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,6 +106,12 @@ class LinePeer(ABC, Generic[MessageT]):
     def settle(self) -> None:
         """Bring a real target back to where a case may begin, and discard what was received."""
 
+    def ask_again(self) -> None:
+        """Send what changes nothing and is answered or passed over, if the protocol has such a message."""
+
+    def stand_still(self) -> None:
+        """Send what stops a target that moves, if the protocol has such a message."""
+
     def _checksum(self) -> Checksum | None:
         """Return how frames are checked, if that is known."""
         return None
@@ -174,6 +182,26 @@ class LinePeer(ABC, Generic[MessageT]):
         received = [(got.at_ns, self.heard(got)) for got in self.received[mark:][-_EVIDENCE_PACKETS:]]
         dropped = [*zip(self._dropped_ns, map(self._refused, self.dropped), strict=True)][-_EVIDENCE_DROPS:]
         return in_order(received, dropped, self._written.passed())
+
+    def news(self, mark: int, since_ns: int) -> Sequence[Passed]:
+        """Return what passed since a moment: of each kind of message the first two that say something new.
+
+        Args:
+            mark: how many packets had been received then.
+            since_ns: bench time of the moment.
+        """
+        last = {_kind(got.packet): got.raw for got in self.received[:mark]}
+        shown: Counter[object] = Counter()
+        new = []
+        for got in self.received[mark:]:
+            kind = _kind(got.packet)
+            if last.get(kind) != got.raw and shown[kind] < _NEWS_OF_A_KIND:
+                new.append((got.at_ns, self.heard(got)))
+                shown[kind] += 1
+            last[kind] = got.raw
+        dropped = zip(self._dropped_ns, map(self._refused, self.dropped), strict=True)
+        sent = self._written.passed()
+        return in_order(new, *([one for one in some if one[0] >= since_ns] for some in (dropped, sent)))
 
     def silence(self, mark: int = 0) -> Sequence[str]:
         """Return a line that says what did not come, if there is anything to be said."""
@@ -343,3 +371,7 @@ class LinePeer(ABC, Generic[MessageT]):
     def _line_changed(self, up: bool, _at_ns: int) -> None:
         self.bench.record("line", "checker", up=up)
         self._went_away |= self.line_expected and not up
+
+
+def _kind(packet: object) -> object:
+    return packet.name if isinstance(packet, Item) else type(packet)

@@ -206,6 +206,14 @@ class Lacking(Protocol):
 
 
 @runtime_checkable
+class Following(Protocol):
+    """What the bench of a case may have besides: what the target does after the case failed."""
+
+    def afterwards(self) -> Sequence[str]:
+        """Look on for a moment, and return lines that show what came then; called once, after `CaseBench.finish`."""
+
+
+@runtime_checkable
 class Timed(Protocol):
     """What the bench of a case may have besides: timers that can be looked at, such as watchdogs."""
 

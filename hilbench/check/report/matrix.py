@@ -12,7 +12,7 @@ from hilbench.exit_codes import ExitCode
 from hilbench.judging.note_lines import notes_counted
 from hilbench.judging.verdicts import Verdict
 
-_EVIDENCE_LINES = 16
+_EVIDENCE_LINES = 22
 _LAST_LINES = 4
 _MOST_CASES = 4
 _MOST_CAUSES, _FEW = 3, 3
