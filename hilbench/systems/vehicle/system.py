@@ -186,7 +186,7 @@ class Vehicle(System):
             return lambda: None
 
         lines = (SIMULATOR_LINE, STACK_LINE)
-        return ServedTarget({f"{name}.{line}": baud or line_baud(bench_file, line) for line in lines}, make)
+        return ServedTarget({f"{name}.{line}": baud or line_baud(bench_file, line) for line in lines}, make, "board")
 
     def rig(self, bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
         """See `System`."""
