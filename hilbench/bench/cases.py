@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Any
 
 from hilbench.bench import Bench
+from hilbench.bench.line_end import LineEnd
 from hilbench.bench.line_evidence import in_order, in_words
 from hilbench.bench.line_faults import LineFaults
 from hilbench.bench.line_peer import LinePeer
@@ -104,10 +105,14 @@ class CaseBase:
 
     def afterwards(self) -> Sequence[str]:
         """Look on, and return what that shows; see `look_on`."""
-        return look_on(self.bench, self._peers())
+        return look_on(self.bench, self._ends())
+
+    def _ends(self) -> Mapping[str, LineEnd]:
+        """Return the checker's ends of the lines, by the names of the lines."""
+        return self._peers()
 
     def _peers(self) -> Mapping[str, LinePeer[Any]]:
-        """Return the checker's ends of the lines that are peers, by the names of the lines."""
+        """Return those of them that are peers."""
         return {}
 
     def _packets(self) -> Sequence[str]:

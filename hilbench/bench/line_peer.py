@@ -6,13 +6,13 @@ what it receives. Judging is the business of the case.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections import Counter
+from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from hilbench.bench import Bench
+from hilbench.bench.line_end import LineEnd
 from hilbench.bench.line_evidence import Passed, Written, in_order, in_words, silence, words_of
 from hilbench.bench.timed_reader import TimedReader
 from hilbench.clock import NS_PER_S
@@ -32,7 +32,7 @@ KindT = TypeVar("KindT")
 QUIET_S = 0.25
 """A line with nothing on it for this long is quiet. A choice: two and a half times the usual 100 ms between reports."""
 
-_EVIDENCE_PACKETS, _EVIDENCE_DROPS, _NEWS_OF_A_KIND = 6, 2, 2
+_EVIDENCE_PACKETS, _EVIDENCE_DROPS = 6, 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,7 +68,7 @@ class Received(Generic[MessageT]):
     packet: MessageT | None
 
 
-class LinePeer(ABC, Generic[MessageT]):
+class LinePeer(LineEnd, Generic[MessageT]):
     """One end of a line in the hands of a check.
 
     Args:
@@ -105,12 +105,6 @@ class LinePeer(ABC, Generic[MessageT]):
     @abstractmethod
     def settle(self) -> None:
         """Bring a real target back to where a case may begin, and discard what was received."""
-
-    def ask_again(self) -> None:
-        """Send what changes nothing and is answered or passed over, if the protocol has such a message."""
-
-    def stand_still(self) -> None:
-        """Send what stops a target that moves, if the protocol has such a message."""
 
     def _checksum(self) -> Checksum | None:
         """Return how frames are checked, if that is known."""
@@ -160,10 +154,6 @@ class LinePeer(ABC, Generic[MessageT]):
         """How many bytes were received, in all or since `forget`."""
         return self._timed.bytes_received
 
-    def mark(self) -> int:
-        """Return a position in what was received, to look only at what comes after it."""
-        return len(self.received)
-
     def since(self, mark: int, kind: type[KindT]) -> list[tuple[Received[MessageT], KindT]]:
         """Return the packets of a kind received since ``mark``, each with how it was received."""
         return [(got, got.packet) for got in self.received[mark:] if isinstance(got.packet, kind)]
@@ -179,29 +169,14 @@ class LinePeer(ABC, Generic[MessageT]):
         Args:
             mark: packets received before it are left out.
         """
-        received = [(got.at_ns, self.heard(got)) for got in self.received[mark:][-_EVIDENCE_PACKETS:]]
+        received = [(got.at_ns, f"<  {self.words_of(got)}") for got in self.received[mark:][-_EVIDENCE_PACKETS:]]
         dropped = [*zip(self._dropped_ns, map(self._refused, self.dropped), strict=True)][-_EVIDENCE_DROPS:]
         return in_order(received, dropped, self._written.passed())
 
-    def news(self, mark: int, since_ns: int) -> Sequence[Passed]:
-        """Return what passed since a moment: of each kind of message the first two that say something new.
-
-        Args:
-            mark: how many packets had been received then.
-            since_ns: bench time of the moment.
-        """
-        last = {_kind(got.packet): got.raw for got in self.received[:mark]}
-        shown: Counter[object] = Counter()
-        new = []
-        for got in self.received[mark:]:
-            kind = _kind(got.packet)
-            if last.get(kind) != got.raw and shown[kind] < _NEWS_OF_A_KIND:
-                new.append((got.at_ns, self.heard(got)))
-                shown[kind] += 1
-            last[kind] = got.raw
-        dropped = zip(self._dropped_ns, map(self._refused, self.dropped), strict=True)
-        sent = self._written.passed()
-        return in_order(new, *([one for one in some if one[0] >= since_ns] for some in (dropped, sent)))
+    def refused_since(self, since_ns: int) -> Sequence[Passed]:
+        """Return what came since a moment and was no frame."""
+        refused = zip(self._dropped_ns, map(self._refused, self.dropped), strict=True)
+        return [one for one in refused if one[0] >= since_ns]
 
     def silence(self, mark: int = 0) -> Sequence[str]:
         """Return a line that says what did not come, if there is anything to be said."""
@@ -209,9 +184,13 @@ class LinePeer(ABC, Generic[MessageT]):
         last_ns = self.received[-1].at_ns if self.received else None
         return silence(self.bench.now_ns, self._timed, frames=frames, last_ns=last_ns)
 
-    def heard(self, got: Received[MessageT]) -> str:
+    def kind_of(self, got: Received[MessageT]) -> object:
+        """Return what is the same for packets of one kind."""
+        return got.packet.name if isinstance(got.packet, Item) else type(got.packet)
+
+    def words_of(self, got: Received[MessageT]) -> str:
         """Return a packet in words."""
-        return f"<  {words_of(got.raw, self._decoder(sent=False))}"
+        return words_of(got.raw, self._decoder(sent=False))
 
     def _refused(self, drop: Unsound) -> str:
         return f"<  dropped ({drop.reason})  {drop.data[:32].hex(' ').upper()}{self._reading_of(drop)}"
@@ -371,7 +350,3 @@ class LinePeer(ABC, Generic[MessageT]):
     def _line_changed(self, up: bool, _at_ns: int) -> None:
         self.bench.record("line", "checker", up=up)
         self._went_away |= self.line_expected and not up
-
-
-def _kind(packet: object) -> object:
-    return packet.name if isinstance(packet, Item) else type(packet)

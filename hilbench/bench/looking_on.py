@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from typing import Any
 
 from hilbench.bench import Bench
+from hilbench.bench.line_end import LineEnd
 from hilbench.bench.line_evidence import in_order, in_words
-from hilbench.bench.line_peer import LinePeer
 from hilbench.clock import NS_PER_S
 from hilbench.errors import HilbenchError
 
@@ -18,7 +17,7 @@ ASK_AFTER_S, LOOK_ON_S = 0.4, 1.2
 _LINES_SHOWN = 6
 
 
-def look_on(bench: Bench, peers: Mapping[str, LinePeer[Any]]) -> list[str]:
+def look_on(bench: Bench, peers: Mapping[str, LineEnd]) -> list[str]:
     """Let time pass, and return what that shows as lines for a report; none if nobody is at a line.
 
     A target that goes away meanwhile is the business of the next case.

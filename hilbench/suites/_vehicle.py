@@ -268,7 +268,7 @@ class Vehicle:
 
     def shown(self, frames: Sequence[Frame]) -> Sequence[str]:
         """Return frames of the simulator's line as lines for a report."""
-        return [in_words(got.at_ns, f"{SIMULATOR_LINE:9} {self.simulator.heard(got)}") for got in frames]
+        return [in_words(got.at_ns, f"{SIMULATOR_LINE:9} <  {self.simulator.words_of(got)}") for got in frames]
 
     def mark(self) -> int:
         """Return a position in the frames of the simulator's line."""

@@ -16,6 +16,7 @@ from typing import Any
 from hilbench.bench import Bench
 from hilbench.bench.about import about_world
 from hilbench.bench.cases import CaseBase
+from hilbench.bench.line_end import LineEnd
 from hilbench.bench.line_faults import LineFaults
 from hilbench.bench.line_peer import LinePeer
 from hilbench.bench.state_reporter import Observed, Senses
@@ -185,6 +186,9 @@ class VirtualCase(CaseBase):
     def _peers(self) -> Mapping[str, LinePeer[Any]]:
         return {"host": self.peer} if "peer" in self.__dict__ else {}
 
+    def _ends(self) -> Mapping[str, LineEnd]:
+        return {"host": self.server} if "server" in self.__dict__ else self._peers()
+
     def _packets(self) -> Sequence[str]:
         return self.server.evidence() if "server" in self.__dict__ else super()._packets()
 
@@ -234,6 +238,9 @@ class ForeignClientCase(CaseBase):
         super().__init__(bench, case, faults)
         self.server = server
         self.client = client
+
+    def _ends(self) -> Mapping[str, LineEnd]:
+        return {"host": self.server}
 
     def _lines_seen(self) -> Mapping[str, Port]:
         return {"host": self.server.port}

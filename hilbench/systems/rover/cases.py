@@ -9,6 +9,7 @@ from typing import Any
 from hilbench.bench import Bench
 from hilbench.bench.cases import CaseBase
 from hilbench.bench.devices import DeviceActor
+from hilbench.bench.line_end import LineEnd
 from hilbench.bench.line_faults import LineFaults
 from hilbench.bench.line_peer import LinePeer
 from hilbench.bench.state_reporter import Observed, Senses
@@ -131,6 +132,9 @@ class HostCase(CaseBase):
     def _machines_seen(self) -> Mapping[str, Observed]:
         own = self.client.own
         return {} if own is None else {"station": own.connection}
+
+    def _ends(self) -> Mapping[str, LineEnd]:
+        return {"host": self.rover}
 
     def _lines_seen(self) -> Mapping[str, Port]:
         return {"host": self.rover.port}
