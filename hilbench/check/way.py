@@ -8,9 +8,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 from pathlib import Path
 
 import pytest
+
+from hilbench.benchfile.suites import SHIPPED_FOLDER, is_shipped
 
 __all__ = ["Way"]
 
@@ -32,8 +35,9 @@ class Way:
                 self._below = {above: paths for above, paths in self._below.items() if not above.is_relative_to(suite)}
 
     def pytest_collect_directory(self, path: Path, parent: pytest.Collector) -> pytest.Collector | None:
-        """Take a folder above a suite; not a package, which may have a set-up of its own."""
-        if path not in self._below or (path / "__init__.py").is_file():
+        """Take a folder above a suite; not a package of a user's, which may have a set-up of its own."""
+        shipped = path == SHIPPED_FOLDER or is_shipped(path)
+        if path not in self._below or ((path / "__init__.py").is_file() and not shipped):
             return None
         folder: _FolderAbove = _FolderAbove.from_parent(parent, path=path)
         folder.below = [*self._below[path]]
@@ -49,7 +53,15 @@ class _FolderAbove(pytest.Directory):
 
     below: Sequence[Path] = ()
 
-    def collect(self) -> Iterator[pytest.Item | pytest.Collector]:
+    @cached_property
+    def _children(self) -> list[pytest.Item | pytest.Collector]:
+        return [*self._collected()]
+
+    def collect(self) -> list[pytest.Item | pytest.Collector]:
+        """Return what lies in it: the same each time, as pytest asks once for each file that it is given."""
+        return self._children
+
+    def _collected(self) -> Iterator[pytest.Item | pytest.Collector]:
         for path in self.below:
             if path.is_dir():
                 folder = self.ihook.pytest_collect_directory(path=path, parent=self)

@@ -174,7 +174,7 @@ def test_a_scene_file_can_be_driven_in(tmp_path, open_it):
     assert world.cast([(4.0, -1.0, 1.0)], [(4.0, 1.0, 1.0)]) == pytest.approx([0.475], abs=1e-3)
 
 
-@pytest.mark.parametrize(
+@each(
     ("scene", "inside_m"),
     [("room-with-boxes", (-5.0, 5.0, -5.0, 5.0)), ("rover-room", (-1.6, 1.4, -1.2, 1.2))],
 )

@@ -21,6 +21,7 @@ from hilbench.recordings.piecewise import open_pieces
 from hilbench.recordings.reading import parse_recording
 from hilbench.recordings.vcd_file import write_vcd
 from hilbench.systems.pioneer.protocol import P2OS
+from tests.each import each
 
 _ODD = (None, True, -5, 2**62, 2**70, 1.5, "", "zz", "ff", [], {}, {"a": 1})
 
@@ -37,7 +38,7 @@ def _records(data):
         at += 9 + int.from_bytes(data[at + 1 : at + 9], "little")
 
 
-@pytest.mark.parametrize(
+@each(
     ("event", "said"),
     [
         ({"kind": "tx", "source": "checker", "data": "55"}, "'ns' is missing"),
@@ -68,7 +69,7 @@ def test_one_that_is_damaged_ends_the_reading_and_is_named(two_cases, event, sai
     assert not found.ended
 
 
-@pytest.mark.parametrize("write", [write_csv, write_mcap, write_pcapng])
+@each("write", [write_csv, write_mcap, write_pcapng])
 def test_in_any_format(write, two_cases):
     # A case without its name, which every reader of cases asks for.
     events = [

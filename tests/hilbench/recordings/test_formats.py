@@ -215,8 +215,8 @@ class TestDamagedMcap:
 class TestForeignCaptures:
     """Captures that other programs have made of a serial line."""
 
-    @pytest.mark.parametrize("order", ["<", ">"])
-    @pytest.mark.parametrize("resolution", [None, 6, 9, 0x80 | 10])
+    @each("order", ["<", ">"])
+    @each("resolution", [None, 6, 9, 0x80 | 10])
     def test_of_any_byte_order_and_resolution(self, order, resolution):
         def block(kind, body):
             return struct.pack(f"{order}II", kind, len(body) + 12) + body + struct.pack(f"{order}I", len(body) + 12)
@@ -286,7 +286,7 @@ def test_an_older_pcap_is_refused_and_not_taken_for_bytes_of_a_line(capfd, tmp_p
     assert "it is an older pcap" in capfd.readouterr().err
 
 
-@pytest.mark.parametrize("compression", ["LZ4", "ZSTD"])
+@each("compression", ["LZ4", "ZSTD"])
 def test_compressed_chunks_of_other_programs(compression, two_cases):
     """What `mcap compress` makes of our files; of a chunk that is damaged or cut nothing is read."""
     from mcap.records import Channel, Message, Metadata, Schema

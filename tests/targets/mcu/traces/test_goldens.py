@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.each import each
 from tests.targets.mcu.traces.goldens import abridged, difference, golden_path, lines_of
 from tests.targets.mcu.traces.scenarios import PLAIN, RUNS, SCENARIOS, trace
 
@@ -84,7 +85,7 @@ def test_it_does_not_matter_in_which_process(seed, names):
     assert (found.returncode, found.stdout, found.stderr) == (0, "", "")
 
 
-@pytest.mark.parametrize("name", ["boot-combined", "selftest-crc", "style-registers"])
+@each("name", ["boot-combined", "selftest-crc", "style-registers"])
 def test_it_does_not_matter_in_which_format_the_image_is(name):
     _, expected = trace(SCENARIOS[name])
     for ending in ("bin", "hex"):
