@@ -19,7 +19,7 @@ from targets.mcu.stm32h7.hsem import Hsem
 from targets.mcu.stm32h7.pwr import Pwr
 from targets.mcu.stm32h7.rcc import Rcc
 from tests.each import each
-from tests.targets.firmware.defect import Defect, finds_it, first_of_each
+from tests.targets.firmware.defect import Defect, finds_it, some
 
 MS = 1_000_000
 
@@ -75,7 +75,7 @@ DEFECTS = [
 ]
 
 
-@pytest.mark.parametrize("defect", first_of_each(DEFECTS, "test", "owner"))
+@pytest.mark.parametrize("defect", some(DEFECTS, 2))
 def test_each_defect_of_the_chip_is_found(start, put_in, defect):
     put_in(defect)
     assert finds_it(start(f"h753-{defect.test}").to(1500)), "the self-test passes all the same"

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from targets.mcu.stm32.tim.inputs import Filter, TickClock
 from targets.mcu.testing import FakeChip
 from tests.each import each
+from tests.share import examples
 
 # RM0008, IC1F: by code, sampling period in tDTS (0: the timer's clock itself) and samples
 CODES = {
@@ -33,7 +34,7 @@ def sampled(changes, period, samples, end):
     return edges
 
 
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 @given(
     code=st.sampled_from(sorted(CODES)), dts=st.sampled_from([1, 2, 4]), gaps=st.lists(st.integers(1, 80), max_size=40)
 )
