@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import pytest
+from _pytest.mark.structures import ParameterSet
 
 
 def each(names: str | Sequence[str], rows: Iterable[Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -22,6 +23,10 @@ def each(names: str | Sequence[str], rows: Iterable[Any]) -> Callable[[Callable[
         rows: one value, or for several names a sequence of values, each.
     """
     given = [name.strip() for name in names.split(",")] if isinstance(names, str) else list(names)
+    rows = [*rows]
+    if any(isinstance(row, ParameterSet) for row in rows):
+        message = f"a row of {', '.join(given)} has a mark or an id of its own, take parametrize"
+        raise TypeError(message)
     table = [(row,) if len(given) == 1 else tuple(row) for row in rows]
     if not table:
         message = f"a table of {', '.join(given)} without rows checks nothing"

@@ -12,11 +12,28 @@ import pytest
 
 from worlds.geometry import rotation, subtract, turn
 
-__all__ = ["BULLET", "MUJOCO", "RIGID", "deepest_m", "push", "put", "skip_without_its_library", "turn_joint"]
+__all__ = [
+    "BULLET",
+    "DEFAULT_IN_GATE",
+    "MUJOCO",
+    "RIGID",
+    "deepest_m",
+    "push",
+    "put",
+    "skip_without_its_library",
+    "turn_joint",
+]
 
+_OTHER = "the gate has the other physics here, and both in most tests of worlds/"
 BULLET = pytest.param("bullet", marks=pytest.mark.needs_bullet)
 MUJOCO = pytest.param("mujoco", marks=pytest.mark.needs_mujoco)
 RIGID = (BULLET, MUJOCO)
+_DEFAULT = BULLET if importlib.util.find_spec("pybullet") else MUJOCO
+DEFAULT_IN_GATE = [
+    one if one is _DEFAULT else pytest.param(*one.values, marks=[*one.marks, pytest.mark.exhaustive(_OTHER)])
+    for one in RIGID
+]
+"""Both, of which the gate has the one that is installed by default."""
 
 _NEEDS = {"needs_bullet": ("pybullet",), "needs_mujoco": ("mujoco",), "needs_physics": ("pybullet", "mujoco")}
 """Of each mark the libraries, one of which has to be there."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -58,7 +59,12 @@ class Neighbours:
 
 def _modules_in(folder: Path) -> Iterator[str]:
     """Yield the modules that are in a folder, and in packages there; not those of what is installed below it."""
-    for name in sys.modules:
-        file = Path(getattr(sys.modules.get(name.partition(".")[0]), "__file__", None) or "/")
-        if folder == (file.parent.parent if file.name == "__init__.py" else file.parent):
+    within = os.path.join(folder, "")  # noqa: PTH118 - ends with the separator
+    for name in [*sys.modules]:
+        file = getattr(sys.modules.get(name.partition(".")[0]), "__file__", None)
+        if not isinstance(file, str) or not file.startswith(within):  # of a thousand modules hardly any is
+            continue
+        if Path(file).name == "__init__.py":
+            file = str(Path(file).parent)
+        if Path(file).parent == folder:
             yield name

@@ -6,7 +6,7 @@ here and in `hilbench.check.pytest_run`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -281,8 +281,9 @@ class CheckPlugin:
             pytest.exit(f"hilbench: {error}", returncode=int(error.exit_code))
 
     def _plan(self, items: list[pytest.Item]) -> None:
+        by_hand = self._provider.by_hand if isinstance(self._provider, Attended) else frozenset()
         for item in items:
-            self._plan_item(item)
+            self._plan_item(item, by_hand)
         plans = [item.stash[_PLAN] for item in items if _PLAN in item.stash]
         refuse_conflicts(plans)
         if self._only_cases:
@@ -320,7 +321,7 @@ class CheckPlugin:
         if spec is not None and spec.setups:
             metafunc.parametrize("bench", list(spec.setups), indirect=True)
 
-    def _plan_item(self, item: pytest.Item) -> None:
+    def _plan_item(self, item: pytest.Item, by_hand: Collection[str]) -> None:
         spec = spec_of(getattr(item, "function", None))
         if spec is not None and spec.setups:
             spec = spec.on(item.callspec.params["bench"])  # type: ignore[attr-defined]
@@ -335,7 +336,7 @@ class CheckPlugin:
             name=_case_name(item),
             run_seed=self._seed,
             capabilities=self._provider.capabilities,
-            by_hand=self._provider.by_hand if isinstance(self._provider, Attended) else (),
+            by_hand=by_hand,
         )
         item.stash[_PLAN] = plan
         if plan.missing:

@@ -13,6 +13,7 @@ import pytest
 from hilbench.check.neighbours import Neighbours
 from hilbench.check.plugin import CheckPlugin
 from hilbench.check.room import with_room
+from hilbench.check.way import Way
 
 _INI = Path(__file__).with_name("pytest.ini")
 
@@ -31,6 +32,7 @@ _ARGUMENTS = (
     "--color=no",
     "--no-header",
     "--no-summary",
+    "--tb=no",  # nobody reads it, and drawing it takes longer than many a case
     "-q",
     "-p",
     "no:cacheprovider",
@@ -57,7 +59,7 @@ def run_pytest(
     Pytest's own exit code means nothing here: whatever happened has reached the plugin.
 
     Args:
-        files: where the suites are.
+        files: where the suites are, as absolute paths.
         plugin: gives cases their bench and takes their results.
         collect_only: run nothing.
         more: further plug-ins of pytest.
@@ -68,7 +70,7 @@ def run_pytest(
     arguments = [*_ARGUMENTS, *(["--collect-only"] if collect_only else []), *(str(file) for file in files)]
     printed = io.StringIO()
     with _own_environment(), contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
-        with_room(pytest.main, arguments, plugins=[plugin, Neighbours(), *more])
+        with_room(pytest.main, arguments, plugins=[plugin, Neighbours(), Way(files), *more])
     return printed.getvalue()
 
 

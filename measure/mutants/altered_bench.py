@@ -97,11 +97,12 @@ class AlteredBench:
         assert report.exit_code == ExitCode.OK, report.exit_code
         assert report.run_hash, report.no_run_hash
 
-    def require_found(self, rows: Iterable[Row]) -> set[str]:
+    def require_found(self, rows: Iterable[Row], *, until_found: bool = False) -> set[str]:
         """Require that each mistake fails its clause, and whatever fails, by a verdict; return these clauses.
 
         Args:
             rows: clause, selection of its cases, mistake (None for none), images that run instead.
+            until_found: see `judge`.
         """
         faults = [
             Fault(
@@ -113,7 +114,7 @@ class AlteredBench:
             for number, (clause_id, select, alter, images) in enumerate(rows)
         ]
         options = CheckOptions(bench=self.bench, suites=(self.suite,))
-        verdicts = judge(options, self._provider(unaltered, {}), faults)
+        verdicts = judge(options, self._provider(unaltered, {}), faults, until_found=until_found)
         assert verdicts.not_found == {}, verdicts.not_found
         return verdicts.found_by
 

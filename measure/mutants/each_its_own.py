@@ -40,6 +40,11 @@ class Fault:
         """Selects its cases."""
         return f"({self.clause_id} and ({self.select}))" if self.select else self.clause_id
 
+    @property
+    def key(self) -> str:
+        """Its clause and its name."""
+        return f"{self.clause_id}: {self.name}"
+
 
 @dataclass(slots=True)
 class Verdicts:
@@ -64,9 +69,10 @@ class Verdicts:
         clause_ids = {clause for case in failed for clause in case.failed_clause_ids or case.clause_ids}
         if fault.clause_id in clause_ids and {case.verdict for case in cases} <= {Verdict.PASS, Verdict.FAIL}:
             self.found_by.add(fault.clause_id)
+            self.not_found.pop(fault.key, None)
         else:
             said = [f"{case.id} {case.verdict.value} {case.cause}".rstrip() for case in cases]
-            self.not_found[f"{fault.clause_id}: {fault.name}"] = "; ".join(said) or "no case is selected"
+            self.not_found[fault.key] = "; ".join(said) or "no case is selected"
 
 
 def one_for_each(clause_ids: Iterable[str], found: Mapping[str, Collection[str]]) -> Iterator[tuple[str, str]]:
@@ -84,34 +90,47 @@ def one_for_each(clause_ids: Iterable[str], found: Mapping[str, Collection[str]]
         yield clause_id, name
 
 
-def judge(options: CheckOptions, right: BenchProvider, faults: Iterable[Fault]) -> Verdicts:
+def judge(
+    options: CheckOptions, right: BenchProvider, faults: Iterable[Fault], *, until_found: bool = False
+) -> Verdicts:
     """Let each fault be looked for.
 
     Args:
         options: the suite; what they select is not looked at.
         right: opens benches without a fault; asked for what they can do.
         faults: all of them.
+        until_found: run the cases of a fault one by one, the shortest first, until one finds it; otherwise all.
     """
     verdicts = Verdicts()
+    options = replace(options, select="")
     planned = list_cases(options, right)
-    for by_case in _runs(faults, planned):
-        met = [*dict.fromkeys(by_case.values())]
-        select = " or ".join(fault.expression for fault in met)
-        cases = run_suites(replace(options, select=select), _EachItsOwn(right, by_case)).cases
-        for fault in met:
-            verdicts.take(fault, [case for case in cases if by_case[case.id] is fault])
+    left = [(fault, _steps(fault, planned, until_found=until_found)) for fault in faults]
+    while left:
+        for by_case in _runs([(fault, steps.pop(0)) for fault, steps in left]):
+            provider, only = _EachItsOwn(right, by_case), frozenset(by_case)
+            cases = run_suites(options, provider, only=only).cases
+            for fault in dict.fromkeys(by_case.values()):
+                verdicts.take(fault, [case for case in cases if by_case[case.id] is fault])
+        left = [(fault, steps) for fault, steps in left if steps and fault.key in verdicts.not_found]
     return verdicts
 
 
-def _runs(faults: Iterable[Fault], planned: Sequence[PlannedCase]) -> list[dict[str, Fault]]:
+def _steps(fault: Fault, planned: Sequence[PlannedCase], *, until_found: bool) -> list[list[str]]:
+    """Return the ids of the cases of a fault: of those that run together, and then of others if it is not found."""
+    known_ids = {clause_id for case in planned for clause_id in case.clause_ids}
+    selected = compile_selection(fault.expression, known_ids)
+    cases = [case for case in planned if selected(_candidate(case))]
+    assert cases, f"no case is selected by {fault.expression}"
+    if not until_found:
+        return [[case.id for case in cases]]
+    return [[case.id] for case in sorted(cases, key=lambda case: (bool(case.missing), case.bench_time_s))]
+
+
+def _runs(met: Iterable[tuple[Fault, Sequence[str]]]) -> list[dict[str, Fault]]:
     """Distribute faults over runs: by case the one that it meets, a fault in all of its cases at once."""
     runs: list[dict[str, Fault]] = []
-    known_ids = {clause_id for case in planned for clause_id in case.clause_ids}
-    for fault in faults:
-        selected = compile_selection(fault.expression, known_ids)
-        case_ids = {case.id for case in planned if selected(_candidate(case))}
-        assert case_ids, f"no case is selected by {fault.expression}"
-        run = next((run for run in runs if not run.keys() & case_ids), None)
+    for fault, case_ids in met:
+        run = next((run for run in runs if not run.keys() & set(case_ids)), None)
         if run is None:
             runs.append(run := {})
         run.update(dict.fromkeys(case_ids, fault))

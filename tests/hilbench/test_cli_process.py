@@ -15,6 +15,7 @@ from xml.etree import ElementTree
 import pytest
 
 from hilbench.cli import main
+from tests.each import each
 from tests.hilbench.forked import CLOSED, PYTEST
 
 ROOT = Path(__file__).parents[2]
@@ -227,7 +228,7 @@ def test_an_interruption_of_an_import_is_one_line(run, name, number):
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "hilbench: interrupted\n")
 
 
-@pytest.mark.parametrize("command", ["run bluepill:none.elf", "check pioneer-plane --list", "serve pioneer --tcp 0"])
+@each("command", ["run bluepill:none.elf", "check pioneer-plane --list", "serve pioneer --tcp 0"])
 def test_an_interruption_while_a_bench_is_read_is_one_line(forkable, command):
     """msgspec crashes when an exception comes out of a type that it looks at."""
     program = """\

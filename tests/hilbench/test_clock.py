@@ -19,6 +19,7 @@ from hilbench.clock import (
     wall_time_iso,
 )
 from hilbench.errors import InternalError
+from tests.each import each
 
 rates = st.one_of(
     st.integers(1, 10**9),
@@ -48,7 +49,7 @@ class TestClockDomain:
         assert ClockDomain(9600).ns(9600) == 10**9
         assert ClockDomain(Fraction(72_000_000, 7500)).ns(9600) == 10**9
 
-    @pytest.mark.parametrize("hz", [0, -1])
+    @each("hz", [0, -1])
     def test_needs_a_rate(self, hz):
         with pytest.raises(ValueError):
             ClockDomain(hz)

@@ -21,6 +21,7 @@ from hilbench.clock import (
 from hilbench.errors import InternalError
 from hilbench.journal import Journal
 from hilbench.testing import FakeHostClock
+from tests.share import examples
 
 MS = 1_000_000
 
@@ -150,7 +151,7 @@ def test_inputs_are_looked_at_while_running_late(scheduler, host):
 
 
 @example(work=[(0, 5 * MS + 1), (0, 50 * MS)], arrivals=[0, 5 * MS + 2], stalls=[])
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 @given(
     work=st.lists(st.tuples(st.integers(0, 200 * MS), st.integers(0, 80 * MS)), max_size=25),
     arrivals=st.lists(st.integers(0, 300 * MS), max_size=10),

@@ -23,6 +23,7 @@ from protocols.common.decoding import NoOptions
 from protocols.common.item_words import said
 from protocols.p2os.decoding import decoder as p2os_decoder
 from protocols.p2os.framing import encode_frame as encode_p2os_frame
+from tests.each import each
 from tests.hilbench.forked import PATIENCE_S
 
 REQUEST = bytes.fromhex("504B54210100E1F00A")
@@ -358,8 +359,8 @@ WITH_ARGUMENTS = [*HANDSHAKE[:3], (b"\x01\x3b\x01\x00", "OPEN argument=1"), (b"\
 BEGUN_ANEW = [*HANDSHAKE, (b"\x00", "PULSE"), (b"\x00", "PULSE"), *HANDSHAKE[1:]]
 
 
-@pytest.mark.parametrize("frames", [HANDSHAKE + SESSION + HANDSHAKE, AGAIN, WITH_ARGUMENTS + HANDSHAKE, BEGUN_ANEW])
-@pytest.mark.parametrize("cut", [1, 7, 1000])
+@each("frames", [HANDSHAKE + SESSION + HANDSHAKE, AGAIN, WITH_ARGUMENTS + HANDSHAKE, BEGUN_ANEW])
+@each("cut", [1, 7, 1000])
 def test_a_sync_of_p2os_has_its_name_where_it_is_one(frames, cut):
     data = b"".join(encode_p2os_frame(body) for body, _ in frames)
     decoder = p2os_decoder(NoOptions(), "host")

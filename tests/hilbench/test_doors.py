@@ -12,6 +12,7 @@ from hilbench.serving.doors import LastingLine, SharedDoor
 from hilbench.terminal import arguments, options
 from hilbench.terminal.options import Clients
 from hilbench.testing import link_pair
+from tests.each import each
 
 
 class Rig:
@@ -182,7 +183,7 @@ def test_a_break_for_all_is_refused_only_if_nobody_can_have_it():
     assert len(breaks) == rig.door.counters.breaks_unsent == 1
 
 
-@pytest.mark.parametrize(
+@each(
     ("clients", "said"),
     [
         (Clients.ALL, ["two: another client came; the others stay connected, at other endpoints",
@@ -295,7 +296,7 @@ def test_a_door_is_opened_as_it_was_wished_for(tmp_path, monkeypatch, wish, kind
     assert scheduler._sources == []
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "door"),
     [
         ("4000", options.Rfc2217Door(port=4000)),

@@ -58,8 +58,8 @@ def echoing_port():
     os.close(master)
 
 
+@pytest.mark.exhaustive("calibrates a port, which doctor/test_calibrate does in the gate")
 @pytest.mark.real_time("the tests of hardware, on a pseudo-terminal that echoes")
-@pytest.mark.slow("a port is calibrated")
 def test_they_hold_on_a_port_that_echoes(run, echoing_port):
     done = run(f"{echoing_port}@115200", "echo")
     assert done.returncode == 0, done.output + done.error

@@ -117,7 +117,7 @@ def test_a_break_that_nobody_gets_is_no_reset():
     door.close()
 
 
-@pytest.mark.parametrize("step", ["dtr on", "break 2ms"])
+@each("step", ["dtr on", "break 2ms"])
 def test_a_step_at_a_port_that_is_gone_is_not_passed_over(step):
     board = Board()
     board.port.line_is_up = False

@@ -102,16 +102,12 @@ def test_each_mutant_has_its_own_name_and_fault() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("family", "least"), [(Family.SERVER_HAND, 25), (Family.CLIENT_HAND, 12), (Family.MOTION_HAND, 10)]
-)
+@each(("family", "least"), [(Family.SERVER_HAND, 25), (Family.CLIENT_HAND, 12), (Family.MOTION_HAND, 10)])
 def test_enough_are_made_by_hand(family: Family, least: int) -> None:
     assert len(mutants_of((family,))) >= least
 
 
-@pytest.mark.parametrize(
-    ("family", "table"), [(Family.SERVER_TABLE, SERVER_TABLE), (Family.CLIENT_TABLE, CLIENT_TABLE)]
-)
+@each(("family", "table"), [(Family.SERVER_TABLE, SERVER_TABLE), (Family.CLIENT_TABLE, CLIENT_TABLE)])
 def test_each_table_is_wrong_in_one_cell_and_made_once(family: Family, table) -> None:
     tables = [dict(mutant.mutate(table)) for mutant in mutants_of((family,))]
     for mutated in tables:
@@ -119,9 +115,7 @@ def test_each_table_is_wrong_in_one_cell_and_made_once(family: Family, table) ->
     assert len({frozenset(mutated.items()) for mutated in tables}) == len(tables)
 
 
-@pytest.mark.parametrize(
-    ("family", "table"), [(Family.SERVER_TABLE, SERVER_TABLE), (Family.CLIENT_TABLE, CLIENT_TABLE)]
-)
+@each(("family", "table"), [(Family.SERVER_TABLE, SERVER_TABLE), (Family.CLIENT_TABLE, CLIENT_TABLE)])
 def test_each_edge_is_removed_once(family: Family, table) -> None:
     removed = {mutant.edges[0] for mutant in mutants_of((family,)) if mutant.edges[0].becomes is None}
     assert {(edge.state, edge.trigger) for edge in removed} == set(table)
@@ -353,11 +347,14 @@ def found_in(suite: str) -> dict[str, list[str]]:
     return {id_: [one for one, said in verdicts.items() if said is Verdict.FAIL] for id_, verdicts in entries.items()}
 
 
-def looked_for(suite: str, pairs: Iterable[tuple[str, str]], *, motion: bool = False) -> Verdicts:
+def looked_for(
+    suite: str, pairs: Iterable[tuple[str, str]], *, motion: bool = False, until_found: bool = False
+) -> Verdicts:
     """What comes of mutants, each before a clause."""
     by_id = {mutant.id: mutant for mutant in MUTANTS}
     faults = [fault(by_id[id_], clause_id, motion=motion) for clause_id, id_ in pairs]
-    return judge(CheckOptions(bench="pioneer", suites=(suite,)), make_provider(CheckOptions(bench="pioneer")), faults)
+    options = CheckOptions(bench="pioneer", suites=(suite,))
+    return judge(options, make_provider(options), faults, until_found=until_found)
 
 
 @pytest.mark.slow("each clause of P2OS and of motion and a mutant that it has to find")
@@ -365,7 +362,7 @@ def looked_for(suite: str, pairs: Iterable[tuple[str, str]], *, motion: bool = F
 @pytest.mark.parametrize("suite", SUITES)
 def test_each_clause_finds_a_mutant(suite: str) -> None:
     clause_ids = [clause.id for clause in CLAUSES if clause.suite == suite]
-    verdicts = looked_for(suite, one_for_each(clause_ids, found_in(suite)))
+    verdicts = looked_for(suite, one_for_each(clause_ids, found_in(suite)), until_found=True)
     assert verdicts.not_found == {}
     assert verdicts.found_by == {*clause_ids}
 
@@ -418,8 +415,8 @@ def test_each_mutant_is_found(suite: str) -> None:
     assert looked_for(suite, pairs, motion=suite == "pioneer-motion").not_found == {}
 
 
-@pytest.mark.parametrize(("family", "select"), [(Family.SERVER_HAND, "S01 or S09"), (Family.CLIENT_HAND, "C02 or C24")])
-@pytest.mark.parametrize("wire", [(), (Rule(Way.IN, Match(), Late(0.0)), Rule(Way.OUT, Match(), Late(0.0)))])
+@each(("family", "select"), [(Family.SERVER_HAND, "S01 or S09"), (Family.CLIENT_HAND, "C02 or C24")])
+@each("wire", [(), (Rule(Way.IN, Match(), Late(0.0)), Rule(Way.OUT, Match(), Late(0.0)))])
 def test_the_right_device_passes_through_the_same_harness(family: Family, select: str, wire: tuple[Rule, ...]) -> None:
     right = Mutant(id="right", family=family, what="nothing", wire=wire)
     report = run_mutant(right, family, select=select)

@@ -391,6 +391,7 @@ def test_without_a_terminal_it_says_so_in_a_line(tmp_path):
     assert (done.returncode, done.stdout, done.stderr) == (2, "", said)
 
 
+@pytest.mark.exhaustive("a check and what it checks; the gate interrupts a check in test_cli_process")
 @pytest.mark.slow("a check and what it checks, in processes of their own, with a terminal")
 def test_ctrl_c_ends_a_check_that_waits_for_its_operator(tmp_path):
     line, (master, slave) = str(tmp_path / "rover"), os.openpty()

@@ -21,6 +21,7 @@ from hilbench.serving.relay import CLIENT, SERVER, Relay
 from hilbench.systems.rover.ground_station import GroundStation
 from hilbench.testing import LinkUnderTest, check_link
 from protocols.pkt import ClientState
+from tests.each import each
 
 EMULATED = pytest.mark.exhaustive("the gate has the model of the rover; here its firmware is emulated")
 FAULTS = (
@@ -174,7 +175,7 @@ def losses(between):
     return [(e["source"], e["bytes"]) for e in between.bench.journal.recent if e["kind"] == "lost"]
 
 
-@pytest.mark.parametrize("faults", [(), FAULTS], ids=["clear", "faulty"])
+@each("faults", [(), FAULTS])
 def test_what_comes_while_nobody_is_there_is_no_loss_to_speak_of(faults):
     """Nor of whoever comes before that is looked at."""
     between, said = Between(faults=faults), []
@@ -333,7 +334,7 @@ def test_what_is_refused_late_is_said_once_of_whoever_asked_for_it():
     assert len([e for e in bench.journal.recent if e["kind"] == "baud-refused"]) == 2
 
 
-@pytest.mark.parametrize("has_lines", [True, False])
+@each("has_lines", [True, False])
 def test_lines_and_breaks_of_a_client_reach_a_server_that_has_such(has_lines):
     bench = Bench(Scheduler(), Journal())
     line, far = MemoryLink(bench.scheduler, Line(baud=0)), MemoryLink(bench.scheduler, Line(baud=0))
@@ -378,7 +379,7 @@ def test_breaks_that_an_end_does_not_know_are_said_once_for_each():
     assert said == ["server: it: a break cannot be sent: a socket knows none"]
 
 
-@pytest.mark.parametrize("late", [False, True])
+@each("late", [False, True])
 def test_a_fault_that_cannot_strike_has_not_struck(late):
     def refuse_late(_duration_ns, refused):
         error = UnavailableError("a break cannot be sent: a socket knows none", where="it")

@@ -8,6 +8,7 @@ from hilbench.clock import Scheduler
 from hilbench.links import Line, MemoryLink
 from hilbench.links.faults import Direction, Fault, FaultKind, FaultPlan
 from hilbench.testing import FakeHostClock, LinkUnderTest, check_link, link_pair
+from tests.each import each
 
 
 def check(*, faults=(), baud=9600, claimed_baud=9600, corrupt=lambda link: None):
@@ -24,8 +25,8 @@ def test_a_good_link_passes():
     check()
 
 
-@pytest.mark.parametrize("direction", list(Direction))
-@pytest.mark.parametrize(
+@each("direction", list(Direction))
+@each(
     ("fault", "complaint"),
     [
         ({"kind": FaultKind.DROP, "byte": 100}, "255 of 256 bytes arrived; the first difference is at 100"),
@@ -49,7 +50,7 @@ def test_too_fast_is_found():
         check(baud=0)
 
 
-@pytest.mark.parametrize("end", ["a", "b"])
+@each("end", ["a", "b"])
 def test_a_hang_up_that_is_not_told_is_found(end):
     def corrupt(link):
         getattr(link, end).line_changed = lambda up: None

@@ -11,6 +11,7 @@ from hilbench.clock import Scheduler
 from hilbench.journal import Journal
 from hilbench.judging.uncertainty import OfTimes
 from hilbench.testing import FakeHostClock
+from tests.each import each
 
 figures = st.floats(0.001, 1000)
 
@@ -40,7 +41,7 @@ def test_what_is_divided_by_it_is_not(doubt_s, factor):
     assert factor / OfTimes(doubt_s) == factor / doubt_s
 
 
-@pytest.mark.parametrize("other", ["x", None])
+@each("other", ["x", None])
 def test_it_is_made_with_numbers_alone(other):
     for made in (lambda: OfTimes(1) + other, lambda: OfTimes(1) / other, lambda: other + OfTimes(1)):
         with pytest.raises(TypeError):

@@ -268,7 +268,7 @@ TAPES = {
 }
 
 
-@pytest.mark.parametrize("name", TAPES)
+@each("name", TAPES)
 def test_each_mutant_differs_from_the_right_peer(name):
     said, heard, protocol = TAPES[name]
     tape = tape_of(said, heard, Reading(protocol, "target"), Reading(protocol, "host"))
@@ -484,7 +484,7 @@ def test_a_mutant_is_found_on_a_line_that_passes_a_pty():
 # --- hosts that somebody else starts
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "select", "mutant", "clause"),
     [
         (

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from hilbench.cli import main
+from tests.each import each
 
 ROOT = Path(__file__).parent.parent.parent
 PAGES = [
@@ -69,7 +70,7 @@ def test_example_campaigns_are_right(capsys):
         assert capsys.readouterr().out.startswith("hilbench check "), path
 
 
-@pytest.mark.parametrize("bench", BENCHES, ids=lambda bench: bench.stem)
+@each("bench", BENCHES)
 def test_example_benches_are_right(bench: Path) -> None:
     assert main(["validate", str(bench)]) == 0
 

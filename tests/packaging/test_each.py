@@ -66,3 +66,8 @@ def test_what_would_check_nothing_is_refused():
     for test in (never_awaited, never_begun):
         with pytest.raises(TypeError, match=r"never_\w+ does nothing when it is called"):
             each("a", [1])(test)
+
+
+def test_a_row_with_a_mark_would_lose_it():
+    with pytest.raises(TypeError, match="take parametrize"):
+        each("a", [1, pytest.param(2, marks=pytest.mark.slow("why"))])

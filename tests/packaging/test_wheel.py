@@ -13,6 +13,7 @@ import pytest
 
 from hilbench import __version__
 from targets.mcu.core import sources
+from tests.each import each
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = {"hilbench", "protocols", "targets", "worlds"}
@@ -50,7 +51,7 @@ def test_it_holds_the_four_packages_its_own_description_and_a_manual_page(names)
     assert [name for name in names if name.startswith(data)] == [f"{data}/data/share/man/man1/hilbench.1"]
 
 
-@pytest.mark.parametrize("package", sorted(PACKAGES))
+@each("package", sorted(PACKAGES))
 def test_each_package_is_typed(names, package):
     assert f"{package}/py.typed" in names
 

@@ -10,6 +10,7 @@ import math
 
 import pytest
 
+from tests.each import each
 from worlds.car_commands import CarCommand, CommandMode
 from worlds.car_dynamics import CarDynamics
 from worlds.car_parameters import DEFAULTS as P
@@ -81,7 +82,7 @@ def test_a_steady_circle_is_that_of_the_linear_bicycle(speed_m_s, angle_deg, wor
     assert car.lat_speed_m_s == pytest.approx(-speed_m_s * rear_slip, rel=0.01)
 
 
-@pytest.mark.parametrize(("speed_m_s", "angle_deg"), [(0.5, 5), (0.9, 20), (0.9, 50)])
+@each(("speed_m_s", "angle_deg"), [(0.5, 5), (0.9, 20), (0.9, 50)])
 def test_a_slow_circle_is_that_of_the_kinematic_bicycle(speed_m_s, angle_deg):
     """Exactly, as that is what the model is there: radius of the rear axle L / tan(delta)."""
     angle = math.radians(angle_deg)
@@ -207,8 +208,8 @@ def test_jerk_holds_for_slowing_down_too():
     assert car.lon_speed_m_s == pytest.approx(3.0, abs=1e-9)
 
 
-@pytest.mark.parametrize("speed", [1.0, 5.0, 10.0, 15.0])
-@pytest.mark.parametrize("limit", [0.0, 1.0])
+@each("speed", [1.0, 5.0, 10.0, 15.0])
+@each("limit", [0.0, 1.0])
 def test_speed_zero_stops_with_all_the_brakes_whatever_the_limits(speed, limit):
     """v^2 / (2 * 8 m/s²); the hand brake below 0.1 m/s and the length of a step change it by 0.6 mm at most."""
     car = moving(speed, ackermann(speed_m_s=0.0, accel_m_s2=limit, jerk_m_s3=limit))

@@ -22,6 +22,7 @@ def test_the_table_in_the_docs_is_what_comes_out(figures, monkeypatch):
     assert car_figures.table() in PAGE, "run python -m measure.car_figures"
 
 
+@pytest.mark.exhaustive("the figures of a page; the gate has the formulas in test_car_formulas")
 def test_no_figure_is_off_by_more_than_a_thousandth_of_its_formula(figures):
     """But for the kinematic bicycle where tyres slip, which the table shows for what it leaves out."""
     for row in figures:

@@ -68,9 +68,7 @@ def test_a_new_order_ends_the_stall_bits_unless_it_leads_to_the_contact(
     assert guard.latched is stops
 
 
-@pytest.mark.parametrize(
-    ("speed", "masks", "stops"), [(50.0, (1, 0), True), (-50.0, (1, 0), False), (-50.0, (0, 1), True)]
-)
+@each(("speed", "masks", "stops"), [(50.0, (1, 0), True), (-50.0, (1, 0), False), (-50.0, (0, 1), True)])
 def test_only_toward_the_bumper_where_the_firmware_is_late(speed: float, masks: tuple[int, int], stops: bool) -> None:
     guard = BumpGuard(dataclasses.replace(SETTINGS, bump_stall_only_toward=True))
     guard.mode = 3

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from targets.robots.pioneer.axis import HALT, Axis, PositionGoal, Servo, SpeedGoal
 from targets.robots.pioneer.profile import Limits
+from tests.each import each
 from tests.share import examples
 
 LIMITS = Limits(speed=600.0, acceleration=300.0, deceleration=300.0)
@@ -54,7 +55,7 @@ def test_position_does_not_depend_on_the_steps(steps: list[float]) -> None:
     assert position == pytest.approx(once, rel=1e-9, abs=1e-9)
 
 
-@pytest.mark.parametrize("gain", [0.9, 1.1])
+@each("gain", [0.9, 1.1])
 def test_a_plant_that_does_too_little_or_too_much_is_corrected_without_oscillation(gain: float) -> None:
     axis = Axis(SERVO, LIMITS)
     axis.pursue(PositionGoal(position=1000.0), LIMITS)
@@ -117,7 +118,7 @@ def test_drop_brakes_within_its_own_limits_whatever_was_pursued_before() -> None
     assert axis.reference[1] == pytest.approx(200.0)
 
 
-@pytest.mark.parametrize("sign", [1, -1])
+@each("sign", [1, -1])
 def test_the_direction_is_known_before_the_axis_moves_and_gone_when_it_rests(sign: int) -> None:
     axis = Axis(SERVO, LIMITS)
     assert axis.direction == 0

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from targets.robots.pioneer.odometry import Odometer
 from targets.robots.pioneer.settings import RobotSettings
+from tests.each import each
 
 PERFECT = RobotSettings(encoder_ticks_per_turn=100_000_000)
 STEP_NS = 4_166_666
@@ -71,7 +72,7 @@ def test_speeds_are_the_mean_over_the_window() -> None:
     assert odometer.wheel_speeds_mm_s() == (0.0, 0.0)
 
 
-@pytest.mark.parametrize(
+@each(
     ("changes", "x", "heading"),
     [
         ({"left_wheel_error": 0.01, "right_wheel_error": 0.01}, 1010.0, 0.0),

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from protocols.p2os import Command, CommandNumber, Sip, vel2
 from protocols.p2os.arguments import BytePacking
 from targets.robots.pioneer import BumpStopped, CommandIgnored, Refusal, RobotSettings, StallCleared, Stalled
+from tests.each import each
 from tests.share import examples
 
 SYNC0 = "FAFB03000000"
@@ -101,7 +102,7 @@ def test_translation_and_rotation_leave_each_other_alone(ready) -> None:  # S25
     assert sips[-1].left_raw == -sips[-1].right_raw != 0
 
 
-@pytest.mark.parametrize(
+@each(
     ("frame", "left", "right"),
     [
         ("FAFB06203B0A052A40", 100, 200),  # S26
@@ -344,7 +345,7 @@ def test_an_arc_is_where_the_robot_says(make_rig) -> None:
     assert math.radians(pose.heading_deg) == pytest.approx(rig.chassis.yaw_rad, abs=1e-4)
 
 
-@pytest.mark.parametrize("error", [0.03, -0.03])
+@each("error", [0.03, -0.03])
 def test_a_wrong_wheel_makes_the_robot_believe_what_is_not_so(make_rig, error: float) -> None:
     rig = make_rig(dataclasses.replace(RobotSettings(), left_wheel_error=error))
     rig.ready()

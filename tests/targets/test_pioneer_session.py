@@ -33,6 +33,7 @@ from targets.robots.pioneer import (
     Refusal,
     RobotSettings,
 )
+from tests.each import each
 from tests.share import examples
 
 SYNC0, SYNC1, SYNC2 = "FAFB03000000", "FAFB03010001", "FAFB03020002"
@@ -112,7 +113,7 @@ def test_skipping_ahead_is_answered_and_recovers(rig) -> None:  # S14
 # --- the stream of SIPs --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("cycle_ms", [100, 50])
+@each("cycle_ms", [100, 50])
 def test_sips_come_exactly_on_the_cycle(make_rig, cycle_ms: int) -> None:  # S18
     rig = make_rig(RobotSettings(sip_cycle_ms=cycle_ms))
     rig.run(0.0371)

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from targets.robots.pioneer.profile import Limits, Plan, plan_distance, plan_speed
+from tests.share import examples
 
 speeds = st.floats(-2000, 2000)
 distances = st.floats(-40_000, 40_000)
@@ -75,7 +76,7 @@ def test_distance_plan_is_continuous_and_within_limits(speed: float, distance: f
 
 
 @given(speed=speeds, distance=distances, limits=limits)
-@settings(max_examples=50)
+@settings(max_examples=examples(50))
 def test_a_plan_covers_the_integral_of_its_speed(speed: float, distance: float, limits: Limits) -> None:
     plan = plan_distance(speed, distance, limits)
     ends = [0.0]

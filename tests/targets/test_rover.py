@@ -225,7 +225,7 @@ def test_what_is_said_does_not_depend_on_how_often_it_is_asked(steps_ns):
     assert [report for _, report in asked.reports] == [report for _, report in left_alone.reports]
 
 
-@pytest.mark.parametrize(
+@each(
     ("settings", "message"),
     [({"defects": ("no-rsync",)}, "defects"), ({"boot_s": -1.0}, "boot_s"), ({"wheel_lag_s": 0.0}, "wheel_lag_s")],
 )

@@ -29,7 +29,7 @@ def test_no_stall(load: float, speed: float) -> None:
     assert feed(WheelStall(SETTINGS), load, speed, 5.0) is None
 
 
-@pytest.mark.parametrize("load", [1.0, 0.8, 0.5])
+@each("load", [1.0, 0.8, 0.5])
 def test_a_blocked_wheel_stalls_when_the_average_exceeds_the_threshold(load: float) -> None:
     threshold = SETTINGS.stall_pwm / SETTINGS.pwm_max
     expected_s = SETTINGS.stall_average_ms / 1000 * threshold / load

@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from tests.rigid import RIGID
+from tests.rigid import DEFAULT_IN_GATE, RIGID
 from worlds.vehicles.pioneer_2dx import Pioneer2dxBody
 from worlds.world import open_world
 
@@ -25,9 +25,21 @@ FRONT_DISCS_MM_DEG = [
 ]
 
 
-@pytest.fixture(params=RIGID)
+LONG = {"test_car", "test_determinism", "test_pioneer", "test_plane", "test_rover", "test_sonar"}
+"""Files whose tests drive for long: the gate has them with one physics."""
+
+
+def pytest_generate_tests(metafunc):
+    """Run a test with each physics of rigid bodies, unless it says itself with which."""
+    said = [mark.args[0] for mark in metafunc.definition.iter_markers("parametrize")]
+    if "physics" in metafunc.fixturenames and not any("physics" in names for names in said):
+        is_long = metafunc.module.__name__.rpartition(".")[2] in LONG
+        metafunc.parametrize("physics", DEFAULT_IN_GATE if is_long else RIGID, indirect=True)
+
+
+@pytest.fixture
 def physics(request):
-    """Each physics of rigid bodies; a test that needs one of them, or the plane, says so by a parameter."""
+    """The physics of rigid bodies of the test."""
     return request.param
 
 

@@ -7,6 +7,7 @@ import math
 
 import pytest
 
+from tests.each import each
 from tests.share import few
 from worlds import find_scene, find_vehicle
 from worlds.car_commands import CarCommand, CommandMode
@@ -275,7 +276,7 @@ class FakeBody:
         return self._contacts
 
 
-@pytest.mark.parametrize("contacts", [(), ("wall",)])
+@each("contacts", [(), ("wall",)])
 def test_who_follows_whom(contacts):
     motion, body = FakeMotion(), FakeBody(contacts)
     lead = Lead(motion, body)

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.each import each
 from tests.share import examples
 from worlds.car_commands import CarCommand, CommandMode
 from worlds.car_dynamics import CarDynamics
@@ -41,8 +42,8 @@ def test_a_car_without_commands_stands():
     assert car.velocity == (0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("field", [name for name in CarCommand.__slots__ if name not in {"mode", "hand_brake"}])
-@pytest.mark.parametrize("value", [math.nan, math.inf])
+@each("field", [name for name in CarCommand.__slots__ if name not in {"mode", "hand_brake"}])
+@each("value", [math.nan, math.inf])
 def test_what_is_not_finite_is_refused(field, value):
     with pytest.raises(WorldError, match="not finite"):
         replace(ACKERMANN, **{field: value})
@@ -86,7 +87,7 @@ def test_full_lock_of_the_wheel_is_the_original_s():
     assert drive(CarDynamics(), CarCommand(steer=0.5), 1.0).steering_rad == pytest.approx(0.5146, abs=5e-5)
 
 
-@pytest.mark.parametrize("field", ["steering_rate_rad_s", "accel_m_s2", "jerk_m_s3"])
+@each("field", ["steering_rate_rad_s", "accel_m_s2", "jerk_m_s3"])
 def test_the_magnitude_of_a_limit_counts(field):
     base = replace(ACKERMANN, steering_rad=0.2, speed_m_s=4.0)
     one, other = (drive(CarDynamics(), replace(base, **{field: value}), 1.0) for value in (0.5, -0.5))

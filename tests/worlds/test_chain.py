@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from tests.each import each
 from worlds import Vehicle, WorldError
 from worlds.scenes import Box, Scene
 from worlds.vehicles.model import Axle, BoxShape, Part, box_inertia
@@ -65,7 +66,7 @@ def test_an_arm_that_is_lifted_passes_over(open_it):
     assert world.joint("mast").angle_rad == pytest.approx(2.0, abs=0.01)
 
 
-@pytest.mark.parametrize("on", ["arm", "jib"])
+@each("on", ["arm", "jib"])
 def test_what_hangs_on_nothing_before_it_is_refused(on):
     with pytest.raises(WorldError, match=f"'arm' hangs on '{on}', which is no part before it"):
         to_urdf(crane(on))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 
-import pytest
+from tests.each import each
 
 LIGHT = [
     "worlds",
@@ -46,7 +46,7 @@ def test_names_and_the_plane_need_no_physics(python):
     assert run.stdout.splitlines() == [names, "1"]
 
 
-@pytest.mark.parametrize(
+@each(
     ("physics", "library", "way_out"),
     [("bullet", "pybullet", 'leave out physics = "bullet"'), ("mujoco", "mujoco", "choose another physics")],
 )

@@ -89,7 +89,7 @@ def test_speeding_up_is_felt_ahead_whichever_way_it_looks():
     assert after(world, InertialPoint(world, (0, 0, 0)), 5).specific_force_m_s2 == pytest.approx((0.5, 0, G))
 
 
-@pytest.mark.parametrize("arm", [(0.1, 0.0, 0.05), (-0.04, 0.07, 0.0), (0.0, 0.0, 0.2)])
+@each("arm", [(0.1, 0.0, 0.05), (-0.04, 0.07, 0.0), (0.0, 0.0, 0.2)])
 def test_turning_is_felt_towards_the_axis_and_by_the_arm(arm):
     """w x (w x r), and with a growing turn rate dw/dt x r besides."""
     rate, growth = 2.0, 3.0

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.each import each
+from tests.share import examples
 from worlds import Box, Scene, SceneFileError, Start, UnknownNameError, find_scene, scene_names
 from worlds.scenes.builtin import BUILTIN, ROOM_BOXES
 
@@ -68,7 +69,7 @@ def test_free_distance_follows_the_heading_and_the_width():
     assert away.free_ahead_m() == math.inf
 
 
-@settings(max_examples=50)
+@settings(max_examples=examples(50))
 @given(seed=st.integers(0, 2**32))
 def test_the_room_leaves_space_round_the_start_and_between_boxes(seed):
     scene = find_scene("room-with-boxes", seed)
@@ -174,7 +175,7 @@ def test_a_scene_file_can_be_driven_in(tmp_path, open_it):
     assert world.cast([(4.0, -1.0, 1.0)], [(4.0, 1.0, 1.0)]) == pytest.approx([0.475], abs=1e-3)
 
 
-@pytest.mark.parametrize(
+@each(
     ("scene", "inside_m"),
     [("room-with-boxes", (-5.0, 5.0, -5.0, 5.0)), ("rover-room", (-1.6, 1.4, -1.2, 1.2))],
 )

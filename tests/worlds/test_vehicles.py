@@ -6,6 +6,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
+from tests.each import each
 from worlds import find_vehicle, vehicle_names
 from worlds.vehicles.model import box_inertia, parameter_table, sphere_inertia, wheel_inertia
 from worlds.vehicles.pioneer_2dx import DEFAULTS, LEFT, RIGHT, Pioneer2dxParameters, vehicle
@@ -34,7 +35,7 @@ def test_the_published_figures():
     assert DEFAULTS.length_front_m + DEFAULTS.length_rear_m == pytest.approx(0.511)
 
 
-@pytest.mark.parametrize("name", vehicle_names())
+@each("name", vehicle_names())
 def test_inertias_are_possible(name):
     for part in find_vehicle(name).parts:
         a, b, c = sorted(part.inertia_kg_m2)

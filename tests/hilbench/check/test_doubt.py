@@ -14,6 +14,7 @@ from hilbench.judging.doubt import BORNE_S, Doubt, doubted, excused
 from hilbench.judging.outcome import outcome_of
 from hilbench.judging.recorder import uncertain
 from hilbench.judging.uncertainty import OfTimes
+from tests.each import each
 
 CAUSE = "the served bench was up to 27.3 ms late"
 
@@ -90,7 +91,7 @@ def test_a_pass_stays_one_unless_the_target_had_less_time_than_the_case(lateness
     assert outcome.cause == f"less time passed for the target than the case waited: {CAUSE}"
 
 
-@pytest.mark.parametrize("error", [Inconclusive("who knows"), RuntimeError("defect")])
+@each("error", [Inconclusive("who knows"), RuntimeError("defect")])
 def test_other_verdicts_stay(error):
     assert ended(error, 1.0) == outcome_of(error)
 
@@ -188,7 +189,7 @@ def test_under_plain_pytest_too_what_is_in_doubt_is_neither_a_pass_nor_a_violati
 LACKS = "brain waits in main, polling CEC_ISR; CEC is not modelled"
 
 
-@pytest.mark.parametrize("error", [Violation("no answer"), AssertionError("no answer")])
+@each("error", [Violation("no answer"), AssertionError("no answer")])
 def test_what_a_target_fails_to_do_while_it_waits_on_what_is_not_modelled_is_not_held_against_it(error):
     outcome = excused(outcome_of(error), LACKS)
     assert (outcome.verdict, outcome.cause) == (

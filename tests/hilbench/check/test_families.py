@@ -11,6 +11,7 @@ from hilbench.check.report import footer
 from hilbench.check.results import Counts
 from hilbench.judging.recorder import leave_open, recording
 from hilbench.judging.verdicts import Sampled, Untimely
+from tests.each import each
 
 BITS = [(f"bit {bit}", 1 << bit) for bit in range(16)]
 
@@ -37,13 +38,13 @@ def test_every_member_is_drawn_by_some_seed():
     assert {one for seed in range(100) for one in tried(BITS, seed, 2)} == {stimulus for _, stimulus in BITS}
 
 
-@pytest.mark.parametrize(("members", "budget"), [([], 3), (BITS, 0)])
+@each(("members", "budget"), [([], 3), (BITS, 0)])
 def test_nothing_to_try_is_no_pass(members, budget):
     with pytest.raises(ValueError, match="leave nothing to try"):
         tried(members, 1, budget)
 
 
-@pytest.mark.parametrize("kind", [Violation, Inconclusive])
+@each("kind", [Violation, Inconclusive])
 def test_the_member_that_ends_the_case_is_named(kind):
     def judge(stimulus):
         if stimulus == 1 << 5:

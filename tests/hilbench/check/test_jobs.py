@@ -133,7 +133,7 @@ def test_ctrl_c_ends_all_of_them_and_leaves_a_report(suite, tmp_path):
     assert "interrupted" in report["stopped"]
 
 
-@pytest.mark.slow("two processes")
+@pytest.mark.exhaustive("two processes; the gate has other errors of theirs")
 def test_what_no_worker_can_do_is_said_as_by_one(check):
     image = TargetChoice(name="brain.words", spec=f"bluepill:{image_path('style-registers')}")
     for jobs in (1, 2):

@@ -63,13 +63,13 @@ def test_a_bench_coarser_than_the_tolerance_says_so():
         near(2.0, 2.0, 0.1, uncertainty=0.2, unit="s", what="stop")
 
 
-@pytest.mark.parametrize("doubt", [math.nan, -0.1])
+@each("doubt", [math.nan, -0.1])
 def test_what_is_no_measurement_is_refused(doubt):
     with pytest.raises(ValueError, match="not a measurement"):
         at_most(1.0, 1.0, uncertainty=doubt, unit="s", what="stop")
 
 
-@pytest.mark.parametrize("judge", [at_most, at_least])
+@each("judge", [at_most, at_least])
 def test_a_figure_of_a_target_that_is_no_number_is_a_violation(judge):
     with pytest.raises(Violation, match="throttle A: it is no number"):
         judge(math.nan, 1.0, unit="of full", what="throttle A")

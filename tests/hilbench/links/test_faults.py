@@ -11,6 +11,7 @@ from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import Line, MemoryLink
 from hilbench.links.faults import Direction, Fault, FaultKind, FaultPlan, FaultyPort
 from tests.each import each
+from tests.share import examples
 
 S = 10**9
 BYTE_NS = 1_041_666
@@ -72,7 +73,7 @@ def test_time_on_the_wire():
     assert min(spacing) >= BYTE_NS
 
 
-@settings(max_examples=30)
+@settings(max_examples=examples(30))
 @given(st.integers(0, 2**32), st.floats(0, 1))
 def test_chance_is_decided_by_the_seed(seed, probability):
     faults = [Fault(kind=kind, probability=probability, count=2) for kind in (FaultKind.DROP, FaultKind.NOISE)]

@@ -17,6 +17,7 @@ from hilbench.links import serialport as serialport_module
 from hilbench.links.outgoing import Outgoing, Turn
 from hilbench.links.port import Line
 from hilbench.testing import FakeHostClock
+from tests.share import examples
 
 from .conftest import until
 
@@ -105,7 +106,7 @@ def test_nothing_waits_where_nothing_is_before_it(stub, port):
     assert stub.done == [57_600, "low"]
 
 
-@settings(max_examples=30)
+@settings(max_examples=examples(30))
 @given(st.lists(st.sampled_from([b"a", b"bc", 19_200, 38_400, "break"]), max_size=12))
 def test_everything_is_done_in_the_order_in_which_it_was_asked_for(asked):
     scheduler, stub = Scheduler(), Stub()

@@ -27,6 +27,7 @@ from hilbench.terminal import arguments
 from hilbench.testing import FakeHostClock
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.views.status import strip_view
+from tests.each import each
 
 
 @pytest.fixture
@@ -80,7 +81,7 @@ class Driven:
         pass
 
 
-@pytest.mark.parametrize(
+@each(
     ("room_ahead_m", "ways"),
     [
         (3.0, [(0.5, 1.0), (0.5, -1.0), (0.5, 1.0), (0.5, -1.0)]),

@@ -32,6 +32,7 @@ from hilbench.terminal import arguments
 from hilbench.testing import FakeHostClock
 from targets.parts.joystick import CODES, JoystickSettings
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
+from tests.each import each
 
 
 class Live:
@@ -252,8 +253,8 @@ def test_what_cannot_be_done_is_refused(vehicle):
         actions.obey({"do": "simulator", "on": 1})
 
 
-@pytest.mark.parametrize("bench", ["vehicle", "vehicle-model"])
-@pytest.mark.parametrize(
+@each("bench", ["vehicle", "vehicle-model"])
+@each(
     ("targets", "why"),
     [
         (["serial:/dev/ttyUSB0"], r"does not say which line.*write --target simulator=... --target stack=..."),

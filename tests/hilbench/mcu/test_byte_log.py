@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import pytest
-
 from hilbench.bench import Bench
 from hilbench.bench.byte_log import CHUNK_NS, ByteLog
 from hilbench.clock import NS_PER_MS, Scheduler
 from hilbench.journal import Journal
+from tests.each import each
 
 SPAN_NS = 2000 * NS_PER_MS
 BYTE_NS = NS_PER_MS
 
 
-@pytest.mark.parametrize("flush_ns", [None, 100 * NS_PER_MS, 7 * NS_PER_MS])
+@each("flush_ns", [None, 100 * NS_PER_MS, 7 * NS_PER_MS])
 def test_a_line_that_never_rests_makes_an_event_for_each_chunk(flush_ns):
     bench = Bench(Scheduler(), Journal())
     log = ByteLog(bench, "rx", "host")

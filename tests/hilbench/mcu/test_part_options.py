@@ -14,6 +14,7 @@ from hilbench.errors import UsageError
 from hilbench.mcu.command_line import open_target
 from targets.firmware import image_path
 from targets.parts.at24c02 import At24c02
+from tests.each import each
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +60,7 @@ def test_two_parts_share_a_bus(solder):
     assert list(solder("a=at24c02@I2C1", "b=at24c02@I2C1,address_pins=1").parts) == ["a", "b"]
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "words"),
     [
         ("display", "'display' is no part; write NAME=KIND@BUS"),
@@ -96,7 +97,7 @@ def test_what_is_wrong_is_said(solder, text, words):
     assert words in str(caught.value)
 
 
-@pytest.mark.parametrize(
+@each(
     ("first", "second", "address", "setting"),
     [
         ("a=at24c02@I2C1,address_pins=1", "b=at24c02@i2c1,address_pins=1", "0x51", "address_pins"),

@@ -16,6 +16,7 @@ import pytest
 from hilbench.benchfile.reader import open_bench
 from hilbench.cli import main
 from hilbench.journal import Journal
+from tests.each import each
 from tests.hilbench.forked import CLOSED, HILBENCH, PATIENCE_S
 
 IMAGES = Path(__file__).parents[3] / "targets/firmware/images"
@@ -190,7 +191,7 @@ def test_a_reader_that_goes_away_is_no_error(forkable):
     assert "Traceback" not in error
 
 
-@pytest.mark.parametrize("follow", [[], ["--follow"]])
+@each("follow", [[], ["--follow"]])
 def test_progress_is_shown_on_a_terminal_unless_lines_are(forkable, follow):
     ours, theirs = os.openpty()
     words = ["run", f"bluepill:{IMAGES / 'bench-busy.elf'}", *follow]

@@ -67,6 +67,7 @@ def test_without_one_the_driver_finds_none(run):
     assert run(seconds=0.01)[0] == ["identity 0xffffff", "no flash"]
 
 
+@pytest.mark.exhaustive("a driver polls for half a second; the gate has a busy chip in parts/test_w25q")
 def test_one_that_stays_busy(run):
     assert run(FLASH + "settings = { sector_erase_ms = 900.0 }\n", 0.6)[0] == ["identity 0xef4017", "stays busy"]
 

@@ -25,6 +25,7 @@ from hilbench.mcu.stimulus_writer import StimulusWriter
 from hilbench.mcu.under_test import boards_under_test
 from targets.firmware import image_path
 from targets.mcu.pins import PadMode
+from tests.each import each
 
 MS = 1_000_000
 
@@ -173,7 +174,7 @@ def test_options_say_what_they_are_about(options):
     ]
 
 
-@pytest.mark.parametrize(
+@each(
     ("option", "text", "message"),
     [
         ("--volts", "usart3=5", "no voltage at a pin"),

@@ -98,7 +98,7 @@ def test_what_was_read_is_printed_as_it_was(numbers):
     assert str(parse_port_choice(text)) == text
 
 
-@pytest.mark.parametrize(
+@each(
     ("word", "name", "spec"),
     [
         ("serial:serial=0668FF", "", "serial:serial=0668FF"),

@@ -21,6 +21,8 @@ from hilbench.recordings.piecewise import open_pieces
 from hilbench.recordings.reading import parse_recording
 from hilbench.recordings.vcd_file import write_vcd
 from hilbench.systems.pioneer.protocol import P2OS
+from tests.each import each
+from tests.share import examples
 
 _ODD = (None, True, -5, 2**62, 2**70, 1.5, "", "zz", "ff", [], {}, {"a": 1})
 
@@ -37,7 +39,7 @@ def _records(data):
         at += 9 + int.from_bytes(data[at + 1 : at + 9], "little")
 
 
-@pytest.mark.parametrize(
+@each(
     ("event", "said"),
     [
         ({"kind": "tx", "source": "checker", "data": "55"}, "'ns' is missing"),
@@ -68,7 +70,7 @@ def test_one_that_is_damaged_ends_the_reading_and_is_named(two_cases, event, sai
     assert not found.ended
 
 
-@pytest.mark.parametrize("write", [write_csv, write_mcap, write_pcapng])
+@each("write", [write_csv, write_mcap, write_pcapng])
 def test_in_any_format(write, two_cases):
     # A case without its name, which every reader of cases asks for.
     events = [
@@ -109,7 +111,7 @@ def test_brackets_without_end_end_the_reading(two_cases, tmp_path, form):
     assert pieces.problem is not None
 
 
-@settings(max_examples=80)
+@settings(max_examples=examples(80))
 @given(at=st.integers(0, 10), field=st.sampled_from(["ns", "kind", "source", "data", "case", "from_ns"]), odd=st.data())
 def test_whoever_reads_a_recording_gets_events_that_can_be_read(at, field, odd, two_cases, tmp_path_factory):
     events = [dict(event) for event in two_cases.events]

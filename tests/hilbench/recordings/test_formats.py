@@ -21,6 +21,7 @@ from hilbench.recordings.pcapng import LEFT_OUT
 from hilbench.recordings.reading import parse_recording
 from hilbench.recordings.vcd_file import write_vcd
 from tests.each import each
+from tests.share import examples
 
 EVERY_BYTE = pytest.mark.exhaustive("the gate cuts at every seventh byte")
 _texts = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
@@ -56,7 +57,7 @@ def recordings(draw):
 
 
 class TestRoundTrip:
-    @settings(max_examples=40)
+    @settings(max_examples=examples(40))
     @given(recording=recordings())
     def test_everything_comes_back(self, form, recording):
         write, read = form
@@ -85,7 +86,7 @@ class TestLayout:
         times = [ns // 1_000_000 for ns, _ in laid_out(two_cases.events)]
         assert times == [0, 1, 3, 3, 4, 5, 5, 5, 17, 17, 17]
 
-    @settings(max_examples=40)
+    @settings(max_examples=examples(40))
     @given(recording=recordings())
     def test_times_never_fall_and_spans_within_a_case_stay(self, recording):
         laid = list(laid_out(recording.events))
@@ -129,7 +130,7 @@ class TestCut:
             assert found.ended == (len(found.events) == len(whole.events))
         assert lost
 
-    @settings(max_examples=40)
+    @settings(max_examples=examples(40))
     @given(data=st.data(), recording=recordings())
     def test_of_any_recording(self, form, data, recording):
         write, read = form
@@ -139,7 +140,7 @@ class TestCut:
         found = parse_recording(written[:cut], "it")
         assert found.events == whole[: len(found.events)]
 
-    @settings(max_examples=40)
+    @settings(max_examples=examples(40))
     @given(noise=st.binary(max_size=60), at=st.integers(0, 400))
     def test_bytes_that_are_wrong_end_the_reading_and_no_more(self, form, noise, at, two_cases):
         write, _ = form
@@ -215,8 +216,8 @@ class TestDamagedMcap:
 class TestForeignCaptures:
     """Captures that other programs have made of a serial line."""
 
-    @pytest.mark.parametrize("order", ["<", ">"])
-    @pytest.mark.parametrize("resolution", [None, 6, 9, 0x80 | 10])
+    @each("order", ["<", ">"])
+    @each("resolution", [None, 6, 9, 0x80 | 10])
     def test_of_any_byte_order_and_resolution(self, order, resolution):
         def block(kind, body):
             return struct.pack(f"{order}II", kind, len(body) + 12) + body + struct.pack(f"{order}I", len(body) + 12)
@@ -286,7 +287,7 @@ def test_an_older_pcap_is_refused_and_not_taken_for_bytes_of_a_line(capfd, tmp_p
     assert "it is an older pcap" in capfd.readouterr().err
 
 
-@pytest.mark.parametrize("compression", ["LZ4", "ZSTD"])
+@each("compression", ["LZ4", "ZSTD"])
 def test_compressed_chunks_of_other_programs(compression, two_cases):
     """What `mcap compress` makes of our files; of a chunk that is damaged or cut nothing is read."""
     from mcap.records import Channel, Message, Metadata, Schema

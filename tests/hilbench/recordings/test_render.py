@@ -22,6 +22,7 @@ from hilbench.recordings.layout import of_case
 from hilbench.recordings.moments import moment_of
 from tests.each import each
 from tests.rigid import MUJOCO
+from tests.share import few
 from worlds import find_scene, find_vehicle
 from worlds.errors import CapabilityError
 from worlds.scenes import Box, Scene
@@ -236,7 +237,7 @@ def _no_gl(*_):
     raise CapabilityError("there is no GL")
 
 
-@pytest.mark.parametrize("place_m", [0.0, 500.0])
+@pytest.mark.parametrize("place_m", few([500.0, 0.0], 1, "the gate has a robot far from the origin"))
 @pytest.mark.parametrize("physics", [MUJOCO])
 def test_a_picture_shows_the_robot_in_its_middle_on_its_floor(journal, physics, place_m):
     if importlib.util.find_spec("OpenGL") is None:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import tomllib
 
-import pytest
-
 from hilbench.strict.toml_lines import find_line
+from tests.each import each
 
 LISTS = """\
 few = ["a", "b"]
@@ -31,7 +30,7 @@ list = [ # 1, 2
 """
 
 
-@pytest.mark.parametrize(
+@each(
     ("path", "line"),
     [
         (("few", 0), 1),

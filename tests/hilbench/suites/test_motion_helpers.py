@@ -224,7 +224,7 @@ def test_what_no_line_meets_may_be_heard_or_not_but_not_nearer_than_it_is():
         _echoes.require_range(1900.0, echo, "range")
 
 
-@pytest.mark.parametrize("wrong", [0.99, 1.01])
+@each("wrong", [0.99, 1.01])
 def test_a_range_that_is_off_by_a_hundredth_is_a_violation(wrong):
     echo = _echoes.expect_echo(Standing(WALL), P2DX, 3)
     with pytest.raises((Violation, Inconclusive)):

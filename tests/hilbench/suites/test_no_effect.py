@@ -43,6 +43,7 @@ from protocols.pkt.server import ServerMachine
 from targets.robots.rover import RoverRobot
 from targets.robots.rover.control import Tachometers
 from targets.robots.vehicle_interface import VehicleInterface
+from tests.each import each
 from worlds import default_physics
 from worlds.bullet import BulletWorld
 from worlds.mujoco import MujocoWorld
@@ -464,7 +465,7 @@ def test_a_program_that_hears_of_no_obstacle_drives_at_it():
         assert clauses_by_verdict(DODGE.check("each_disc and [4]"))[Verdict.FAIL] == {"D06"}
 
 
-@pytest.mark.parametrize("required", [Drive.require_sight, Drive.require_sight_over_p2os])
+@each("required", [Drive.require_sight, Drive.require_sight_over_p2os])
 def test_a_drive_past_nothing_has_not_dodged_it(required):
     drive = object.__new__(Drive)
     drive._bench = SimpleNamespace(bench=SimpleNamespace(now_ns=0))

@@ -39,6 +39,7 @@ from protocols.p2os import (
     pack_bytes,
 )
 from protocols.p2os.clauses import CLAUSES
+from tests.each import each
 
 MUST_FAIL = {clause.id for clause in CLAUSES if clause.suite == "p2os-client"}
 
@@ -418,7 +419,7 @@ def slow_to_open(opens_after_s):
     return begin
 
 
-@pytest.mark.parametrize("opens_after_s", [0.1, 4.0])
+@each("opens_after_s", [0.1, 4.0])
 def test_who_takes_an_unknown_robot_may_take_time_for_it(opens_after_s):
     shared = Shared(bench_file=open_bench("pioneer"), timeout_scale=1.0, journal=Journal())
     foreign = ForeignClientInBenchTime(shared, P2OS_SERVER, slow_to_open(opens_after_s))

@@ -39,6 +39,7 @@ from targets.robots.pioneer.hostbaud import HostBaud
 from targets.robots.pioneer.motion import Motion
 from targets.robots.pioneer.session_limits import SessionLimits
 from targets.robots.pioneer.sonar import SonarArrays
+from tests.each import each
 
 SETTLE_S = 0.3
 BUDGET_S = 290.0
@@ -296,7 +297,7 @@ def of_the_line(**less):
     return patch.object(_session, "ROBOTS", {"p2dx": replace(ROBOTS["p2dx"], **less)})
 
 
-@pytest.mark.parametrize("clause_id", ["S30", "S31"])
+@each("clause_id", ["S30", "S31"])
 def test_a_robot_without_move_is_not_asked_for_it(clause_id):
     deaf = handler("MOVE", lambda c, v: None)
     with deaf, of_the_line(has_move=False):

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from types import MappingProxyType
 
+import pytest
+
 from hilbench.bench.client_under_test import EXEC_CAPABILITIES
 from hilbench.bench.locked_providers import ExecProvider
 from hilbench.bench.shared import Shared
@@ -149,6 +151,7 @@ def faults():
     ]
 
 
+@pytest.mark.exhaustive("each fault once more; the gate has what P2OS's clients show on a late bench")
 def test_on_a_late_bench_each_clause_finds_them_too():
     with late_benches(0.1):
         assert judge(OPTIONS, make_provider(OPTIONS), faults()).not_found == {}
@@ -161,7 +164,7 @@ def test_on_a_late_bench_no_right_host_is_accused():
 
 
 def test_each_clause_finds_each_host_that_is_wrong_for_it():
-    verdicts = judge(OPTIONS, make_provider(OPTIONS), faults())
+    verdicts = judge(OPTIONS, make_provider(OPTIONS), faults(), until_found=True)
     assert verdicts.not_found == {}
     assert verdicts.found_by == {clause.id for clause in HOST_CLAUSES}
 

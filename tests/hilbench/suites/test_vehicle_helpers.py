@@ -9,6 +9,7 @@ import pytest
 from hilbench.check import Inconclusive, Violation
 from hilbench.judging.recorder import recording
 from hilbench.suites._vehicle import TICK_S, Vehicle
+from tests.each import each
 
 
 def judge(steps_s, uncertainty_s):
@@ -45,7 +46,7 @@ def test_one_step_is_no_sum():
     judge([], 0.0)
 
 
-@pytest.mark.parametrize(("doubt_s", "outcome"), [(0.0, Violation), (0.002, Inconclusive)])
+@each(("doubt_s", "outcome"), [(0.0, Violation), (0.002, Inconclusive)])
 def test_a_gap_is_judged_as_far_as_the_bench_can_tell(doubt_s, outcome):
     """107.9 ms where 108.9 are required: wrong, or nobody knows."""
     vehicle = object.__new__(Vehicle)

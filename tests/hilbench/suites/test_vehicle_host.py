@@ -24,6 +24,7 @@ from measure.mutants.late import BLAMED, AtPort, late_benches
 from protocols.carla import AckermannCommand, Commanded, CommandLimits, ManualCommand, Mode, Signs
 from protocols.carla.clauses import HOST_CLAUSES
 from targets.robots.car_host import BEHAVIOURS, DEFECTS, CarHost
+from tests.each import each
 
 ROW = re.compile(r"^\| `(?P<name>[\w-]+)` \| [^|]+ \| (?P<clauses>VS[^|]+) \|$", re.MULTILINE)
 PAGE = (Path(__file__).parents[3] / "docs" / "vehicle.md").read_text(encoding="utf-8")
@@ -279,14 +280,14 @@ OF_TIME = {"VS20", "VS28", "VS28H"}
 """What is about times that 100 ms blur: a rate to 2 in 1200, and what comes 3 ms apart."""
 
 
-@pytest.mark.exhaustive("each fault once more; the gate has what P2OS and PKT! show on a late bench")
+@pytest.mark.exhaustive("each fault once more; the gate has what P2OS's clients show on a late bench")
 def test_on_a_late_bench_the_other_clauses_find_it_too():
     with late_benches(0.1):
         verdicts = judge(OPTIONS, make_provider(OPTIONS), named_faults())
     assert verdicts.open_clauses == OF_TIME
 
 
-@pytest.mark.exhaustive("each profile; the gate has what P2OS and PKT! show on a late bench")
+@pytest.mark.exhaustive("each profile; the gate has what P2OS's clients show on a late bench")
 def test_on_a_late_bench_no_right_simulator_is_accused():
     with late_benches(0.1):
         cases = run_suites(OPTIONS, AtPort(make_provider(OPTIONS))).cases
@@ -327,7 +328,7 @@ def on_the_emulated_bench(select):
     return cases
 
 
-@pytest.mark.parametrize(("behind", "expected"), [(b"", Verdict.PASS), (b"\0", Verdict.FAIL)])
+@each(("behind", "expected"), [(b"", Verdict.PASS), (b"\0", Verdict.FAIL)])
 def test_a_foreign_one_is_judged_by_its_statuses(behind, expected):
     shared = shared_bench()
     provider = ForeignClientInBenchTime(shared, foreign_simulator(shared), saying(STATUS + behind, 0.05))

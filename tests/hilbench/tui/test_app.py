@@ -10,6 +10,7 @@ import pytest
 
 from hilbench.tui.bench_process import Phase
 from hilbench.tui.model.bench import BenchModel
+from tests.each import each
 from tests.share import matrix
 
 SIZES = {"80x24": (80, 24), "200x60": (200, 60)}
@@ -141,7 +142,7 @@ def test_a_frame_is_found_held_and_opened(process_of, on_screen, rows, settle):
     on_screen(process_of("pioneer"), scenario)
 
 
-@pytest.mark.parametrize(("key", "sent"), [("s", [("stopped", {})]), ("d", [("left", {})])])
+@each(("key", "sent"), [("s", [("stopped", {})]), ("d", [("left", {})])])
 def test_leaving_asks_stop_or_detach(process_of, key, sent, on_screen):
     process = process_of("pioneer")
 

@@ -4,7 +4,6 @@ import json
 import math
 from itertools import pairwise
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -316,7 +315,7 @@ def test_frames_of_a_checker_that_is_the_server_are_read_from_its_side():
     assert (heard.regions[2].name, sent.regions[2].name) == ("number", "type")
 
 
-@pytest.mark.parametrize("bench", ["pioneer", "rover", "vehicle"])
+@each("bench", ["pioneer", "rover", "vehicle"])
 def test_of_a_line_each_message_is_read_for_its_figures_once_in_a_while(recordings, bench):
     header, events = recordings[bench]
     frames = FramesModel(header["live"])

@@ -6,11 +6,10 @@ import csv
 import json
 from pathlib import Path
 
-import pytest
-
 from hilbench.tui.memory import Memory
 from hilbench.tui.model.frames import KEPT_FRAMES
 from hilbench.tui.views.help import help_text
+from tests.each import each
 
 WIDE = (200, 60)
 ACTIONS = ("connect", "demo", "drive", "inject", "pause", "step", "stop")
@@ -43,7 +42,7 @@ def test_a_pane_is_resized_by_keys_and_stays_so(process_of, on_screen, tmp_path)
     on_screen(process_of("pioneer"), again, WIDE, memory=Memory(path))
 
 
-@pytest.mark.parametrize(("edge", "to", "grows"), [((-1, 3), (5, 3), (6, 0)), ((9, -1), (9, 2), (0, 3))])
+@each(("edge", "to", "grows"), [((-1, 3), (5, 3), (6, 0)), ((9, -1), (9, 2), (0, 3))])
 def test_a_border_is_dragged(process_of, on_screen, edge, to, grows):
     async def scenario(app, pilot):
         before = app.query_one("#link").region
@@ -194,7 +193,7 @@ TEACHES = {
 }
 
 
-@pytest.mark.parametrize("bench", TEACHES)
+@each("bench", TEACHES)
 def test_help_tells_of_this_bench(model_of, bench):
     text = " ".join(help_text(model_of(bench), (*ACTIONS, "press"), [], recorded=False).split())
     assert TEACHES[bench] in text

@@ -7,6 +7,8 @@ from xml.etree import ElementTree
 
 import pytest
 
+from tests.each import each
+
 pytestmark = pytest.mark.usefixtures("all_done")
 
 
@@ -22,7 +24,7 @@ def words(svg):
     return re.sub(r"\s", " ", " ".join(text for text in root.itertext() if text))
 
 
-@pytest.mark.parametrize(("bench", "seen"), [("pioneer", "pioneer-2dx"), ("rover", "LINKED")])
+@each(("bench", "seen"), [("pioneer", "pioneer-2dx"), ("rover", "LINKED")])
 def test_a_picture_has_the_panes_and_what_is_said(recordings, bench, seen):
     header, events = recordings[bench]
     found = drawn(header, events, "FAIL suite/it: [bold]it did not")

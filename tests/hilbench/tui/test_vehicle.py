@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,6 +15,7 @@ from hilbench.tui.views.help import help_text
 from hilbench.tui.views.status import link_view
 from hilbench.tui.views.watchdogs import timers_view
 from protocols import autoware, carla
+from tests.each import each
 
 MS = 1_000_000
 SEEN = {
@@ -81,8 +81,8 @@ def test_frames_of_both_lines_are_decoded_and_found_by_their_line(model_of, expe
 # --- panes
 
 
-@pytest.mark.parametrize("view", [link_view, timers_view, counters_view])
-@pytest.mark.parametrize("width", [36, 60, 100])
+@each("view", [link_view, timers_view, counters_view])
+@each("width", [36, 60, 100])
 def test_panes_keep_to_their_width(model_of, view, width):
     lines = view(model_of("vehicle"), width)
     assert lines

@@ -78,13 +78,13 @@ def test_no_other_device_is_touched(vendor, product):
     assert ("ID_MM_DEVICE_IGNORE" in device.properties) == known
 
 
-@pytest.mark.parametrize("serial", ["", "0001"])
+@each("serial", ["", "0001"])
 def test_without_a_number_of_its_own_a_port_is_named_by_its_place_only(serial):
     made = port(0x10C4, 0xEA60, ID_SERIAL_SHORT=serial, ID_PATH="here")
     assert made.links == ["hilbench/at-here"]
 
 
-@pytest.mark.parametrize("kernel", ["ttyS0", "ttyAMA0", "hidraw0"])
+@each("kernel", ["ttyS0", "ttyAMA0", "hidraw0"])
 def test_what_is_no_usb_port_is_left_alone(kernel):
     assert port(0x0403, 0x6001, kernel=kernel, ID_PATH="here").links == []
 
@@ -102,14 +102,13 @@ def test_brltty_does_not_know_generic_chips_unless_somebody_needs_it():
         assert kept.properties["PRODUCT"] == before, kind.name
 
 
-@pytest.mark.parametrize(
+@each(
     ("ids", "attributes", "written"),
     [
         (("0403", "6001"), {"latency_timer": "16"}, {"latency_timer": "1"}),
         (("0403", "6001"), {}, {}),
         (("10c4", "ea60"), {"latency_timer": "16"}, {}),
     ],
-    ids=["FTDI", "before its driver is there", "another"],
 )
 def test_only_ftdi_chips_get_another_latency(ids, attributes, written):
     above = {"idVendor": ids[0], "idProduct": ids[1]}

@@ -14,6 +14,7 @@ from hilbench.benchfile.order import CircleError, order_of
 from hilbench.mcu import parts as wiring
 from hilbench.mcu.parts import Parts
 from targets.parts import Direction, Part, Quantity
+from tests.each import each
 
 
 class Adder(Part):
@@ -90,7 +91,7 @@ def test_what_is_taken_late_asks_for_no_order():
     assert order_of(plans, kinds(plans)) == ("a", "b")
 
 
-@pytest.mark.parametrize(
+@each(
     ("plans", "names"),
     [
         ({"a": plan(a="a")}, ["a"]),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -13,6 +12,7 @@ from hilbench.clock import Scheduler
 from hilbench.journal import Journal
 from hilbench.mcu.terminals import AnalogPinOutput, PinInput, PinOutput
 from targets.parts.part import HISTORY_NS
+from tests.each import each
 
 MS = 1_000_000
 
@@ -117,7 +117,7 @@ def test_what_is_driven_reaches_the_chip_at_its_time(machine):
     assert chip.chip.pins["PA4"].driven == [False, True, None]
 
 
-@pytest.mark.parametrize("level", [False, True, None])
+@each("level", [False, True, None])
 def test_what_does_not_change_is_not_put_into_the_chip_again(machine, level):
     chip = machine(PA4=None)
     output = PinOutput(chip, chip.chip.pins["PA4"])

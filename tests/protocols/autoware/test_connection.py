@@ -33,6 +33,7 @@ from protocols.autoware import (
     encode_frame,
     encode_message,
 )
+from tests.each import each
 
 SECOND = 1_000_000_000
 
@@ -60,7 +61,7 @@ def test_a_board_asks_at_once_and_twenty_times_and_gives_up_after_twenty_seconds
     assert board.state is BoardState.ABSENT
 
 
-@pytest.mark.parametrize(("reconnects", "expected"), [(True, [AgentFound()]), (False, [])])
+@each(("reconnects", "expected"), [(True, [AgentFound()]), (False, [])])
 def test_an_agent_that_comes_late_is_taken_if_the_options_say_so(reconnects, expected):
     board = Connection(Role.BOARD, BoardOptions(reconnects=reconnects))
     board.advance(20 * SECOND)

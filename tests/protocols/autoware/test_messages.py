@@ -96,8 +96,8 @@ def test_what_does_not_fit_is_refused(message):
         encode_message(message)
 
 
-@pytest.mark.parametrize("change", [-1, 1])
-@pytest.mark.parametrize("kind", MESSAGES, ids=lambda kind: kind.__name__)
+@each("change", [-1, 1])
+@each("kind", MESSAGES)
 def test_another_size_is_refused(kind, change):
     payload = encode_message(kind())
     payload = payload + b"\0" if change > 0 else payload[:-1]

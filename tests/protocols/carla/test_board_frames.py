@@ -27,6 +27,7 @@ from protocols.carla import (
     StreamReader,
     encode_status,
 )
+from tests.each import each
 
 MS = 1_000_000
 F4, F5, F6, F7 = (VECTORS[name].data for name in ("F4", "F5", "F6", "F7"))
@@ -105,7 +106,7 @@ def test_a_frame_that_dies_leaves_its_first_fields(hearing, profile):
     assert accepted(board)[1].lon_speed_m_s == 7.0
 
 
-@pytest.mark.parametrize(
+@each(
     ("data", "reason"),
     [
         (b"#A" + bytes(4) + b"$" + bytes(15), DropReason.MISSING_FIELD),
@@ -211,7 +212,7 @@ def test_a_line_error_is_counted_by_the_hardened_board(driving):
 # --- stale
 
 
-@pytest.mark.parametrize(("profile", "first_miss_ms", "dropped"), [("hardened", 20_100, 1), ("v0", 20_160, 0)])
+@each(("profile", "first_miss_ms", "dropped"), [("hardened", 20_100, 1), ("v0", 20_160, 0)])
 def test_an_old_status_is_no_answer(make_board, profile, first_miss_ms, dropped):
     """A status of the twenty seconds before the first frame does not count as one that followed it."""
     board = make_board(profile)
@@ -222,7 +223,7 @@ def test_an_old_status_is_no_answer(make_board, profile, first_miss_ms, dropped)
     assert board.counters.stale_dropped == dropped
 
 
-@pytest.mark.parametrize(("profile", "stale"), [("hardened", 0), ("v0", 9), ("v1", 9)])
+@each(("profile", "stale"), [("hardened", 0), ("v0", 9), ("v1", 9)])
 def test_old_statuses_are_reported_again_or_not(driving, profile, stale):
     board = driving(profile)
     board.every("status", None)

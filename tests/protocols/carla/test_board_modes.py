@@ -34,6 +34,7 @@ from protocols.carla import (
     Timer,
     Waited,
 )
+from tests.each import each
 
 MS = 1_000_000
 ALL = pytest.mark.parametrize("profile", PROFILES)
@@ -261,7 +262,7 @@ def test_autoware_can_be_ordered_in_emergency(in_emergency, profile):
     assert board.times(ModeChanged, start)[1] - board.times(ModeChanged, start)[0] == 1000
 
 
-@pytest.mark.parametrize("mode", [1, 4])
+@each("mode", [1, 4])
 def test_nobody_orders_anything_in_the_emergency_of_the_hardened_board(in_emergency, mode):
     board = in_emergency()
     start = board.now_ns
@@ -284,7 +285,7 @@ def test_a_request_that_was_granted_before_the_emergency_ends_with_it(driving):
     assert board.mode is Mode.EMERGENCY
 
 
-@pytest.mark.parametrize(("profile", "told"), [("hardened", [1, 6, 4]), ("v0", [1, 4]), ("v1", [1, 4])])
+@each(("profile", "told"), [("hardened", [1, 6, 4]), ("v0", [1, 4]), ("v1", [1, 4])])
 def test_what_the_driving_stack_is_told(in_emergency, profile, told):
     board = in_emergency(profile)
     assert board.connection.reported_mode == {"hardened": 6, "v0": 1, "v1": 4}[profile]
@@ -533,7 +534,7 @@ def test_both_fall_silent(driving):
     assert lost["v0"] == pytest.approx(2750, abs=160)
 
 
-@pytest.mark.parametrize(("profile", "seconds"), [("v0", 1.1), ("hardened", None)])
+@each(("profile", "seconds"), [("v0", 1.1), ("hardened", None)])
 def test_a_press_without_a_driving_stack(make_board, profile, seconds):
     board = make_board(profile)
     board.every("status", 0.05)
@@ -550,7 +551,7 @@ def test_a_press_without_a_driving_stack(make_board, profile, seconds):
         assert {mode for _, mode in board.frames(start)} == {4}
 
 
-@pytest.mark.parametrize(("profile", "heard"), [("v0", False), ("v1", False), ("hardened", True)])
+@each(("profile", "heard"), [("v0", False), ("v1", False), ("hardened", True)])
 def test_an_agent_that_comes_late(make_board, profile, heard):
     board = make_board(profile)
     board.every("status", 0.05)
@@ -590,7 +591,7 @@ def test_a_driving_stack_that_leaves_ends_autoware(driving):
     assert board.since(0, ModeChanged)[-1].trigger is ModeTrigger.AGENT_LOST
 
 
-@pytest.mark.parametrize(
+@each(
     ("command", "reason"),
     [
         (ControlCommand(speed_m_s=math.nan), Refusal.NOT_FINITE),

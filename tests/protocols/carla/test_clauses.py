@@ -63,7 +63,7 @@ def test_every_clause_of_the_hardened_alone_is_somebodys_twin():
     }
 
 
-@pytest.mark.parametrize("name", ["hardened", "v0", "v1"])
+@each("name", ["hardened", "v0", "v1"])
 def test_a_profile_is_whole(name):
     profile = PROFILES[name]
     assert profile.name == name

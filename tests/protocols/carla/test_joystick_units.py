@@ -26,7 +26,7 @@ from tests.each import each
 READING = st.integers(0, 65535)
 
 
-@pytest.mark.parametrize("axis", [X_AXIS, Y_AXIS])
+@each("axis", [X_AXIS, Y_AXIS])
 def test_an_axis_at_its_points(axis):
     assert axis.position(axis.zero) == 0
     for off in (-axis.dead_band, axis.dead_band):
@@ -79,8 +79,8 @@ def test_a_clamped_stick_stays_within_its_ranges(x, y):
     assert not (command.throttle and command.brake)
 
 
-@pytest.mark.parametrize("reading", [0, 65535, 33970, 34471, 33469])
-@pytest.mark.parametrize("profile", ["hardened", "v0", "v1"])
+@each("reading", [0, 65535, 33970, 34471, 33469])
+@each("profile", ["hardened", "v0", "v1"])
 def test_the_board_sends_what_the_stick_says(by_hand, profile, reading):
     board = by_hand(profile)
     board.joystick(reading, reading)
@@ -90,7 +90,7 @@ def test_the_board_sends_what_the_stick_says(by_hand, profile, reading):
     assert encode_command(wanted) in {event.data for event in board.since(0, type(board.last))}
 
 
-@pytest.mark.parametrize("figures", [(100, 50, 200), (0, 400, 65535), (0, 65400, 65535)])
+@each("figures", [(100, 50, 200), (0, 400, 65535), (0, 65400, 65535)])
 def test_a_calibration_that_cannot_be(figures):
     least, zero, greatest = figures
     with pytest.raises(LocalProtocolError, match="is no calibration"):

@@ -18,6 +18,7 @@ from protocols.carla import (
     encode_status,
 )
 from protocols.testing import LATENCY_NS, Pair, lossy
+from tests.each import each
 from tests.share import seeds
 
 MS = 1_000_000
@@ -65,7 +66,7 @@ class Rig(Pair):
         self._take("server", self.server.request(mode, self.now_ns))
 
 
-@pytest.mark.parametrize("profile", PROFILES)
+@each("profile", PROFILES)
 def test_a_sound_line_keeps_autoware(profile):
     rig = Rig(profile)
     rig.run(10 * SECOND)
@@ -81,7 +82,7 @@ def test_a_sound_line_keeps_autoware(profile):
         assert rig.server.counters.status_misses == 0
 
 
-@pytest.mark.parametrize("profile", PROFILES)
+@each("profile", PROFILES)
 def test_the_joystick_takes_over_and_gives_back(profile):
     rig = Rig(profile)
     rig.run(2 * SECOND)
@@ -95,7 +96,7 @@ def test_the_joystick_takes_over_and_gives_back(profile):
     assert rig.of(Commanded)[-1].mode == 1
 
 
-@pytest.mark.parametrize(("pause_ms", "mode"), [(900, Mode.AUTOWARE), (1100, Mode.EMERGENCY)])
+@each(("pause_ms", "mode"), [(900, Mode.AUTOWARE), (1100, Mode.EMERGENCY)])
 def test_how_long_the_simulator_may_pause(pause_ms, mode):
     rig = Rig()
     rig.run(2 * SECOND + 20 * MS)
@@ -133,7 +134,7 @@ def test_a_dead_line_stops_the_car_at_both_ends():
     assert rig.server.mode is Mode.MANUAL
 
 
-@pytest.mark.parametrize("seed", seeds(20, 5))
+@pytest.mark.parametrize("seed", seeds(20, 2))
 def test_lost_doubled_and_added_bytes_are_hardly_ever_believed(seed):
     """Never is out of reach without a checksum: a frame cut before a float may go on with the next one's bytes."""
     rig = Rig(damage=lossy(seed, drop=0.2, repeat=0.1, noise=0.2))

@@ -10,12 +10,13 @@ import pytest
 from measure.resync import __main__ as resync
 from measure.resync.measure import BEFORE_NS, FRAME, KINDS, STATUS_NS, drive, status, worst
 from protocols.carla import Mode
+from tests.each import each
 
 PAGE = Path(__file__).parents[3] / "docs" / "carla" / "resync.md"
 
 
-@pytest.mark.parametrize("profile", ["v0", "v1"])
-@pytest.mark.parametrize("count", [1, 2, 11, 21, 23, 30])
+@each("profile", ["v0", "v1"])
+@each("count", [1, 2, 11, 21, 23, 30])
 def test_the_board_as_shipped_never_recovers(profile, count):
     for make in KINDS.values():
         outcome = drive(profile, make(count, random.Random(count)), 4.0)

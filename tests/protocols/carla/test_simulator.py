@@ -26,6 +26,7 @@ from protocols.carla import (
     decode_status,
     encode_command,
 )
+from tests.each import each
 
 MS = 1_000_000
 F1, F2, F3 = (VECTORS[name].data for name in ("F1", "F2", "F3"))
@@ -97,12 +98,12 @@ def test_a_frame_in_pieces_is_one_frame(hears):
     ]
 
 
-@pytest.mark.parametrize(("profile", "commands"), [("v0", 0), ("v1", 0), ("hardened", 1)])
+@each(("profile", "commands"), [("v0", 0), ("v1", 0), ("hardened", 1)])
 def test_a_hash_too_many(hears, profile, commands):
     assert len(hears(profile, b"#" + F1[:29]).commands) == commands
 
 
-@pytest.mark.parametrize(("profile", "commands"), [("v0", 0), ("v1", 0), ("hardened", 40)])
+@each(("profile", "commands"), [("v0", 0), ("v1", 0), ("hardened", 40)])
 def test_a_shifted_stream(make_simulator, profile, commands):
     simulator = make_simulator(profile)
     simulator.hear(b"\x55" * 7 + F1 * 40)
@@ -133,7 +134,7 @@ def test_an_empty_frame_commands(hears, profile):
     assert hears(profile, b"#$").commands == [AckermannCommand()]
 
 
-@pytest.mark.parametrize("data", [b"#M\x04$", b"#$", F1[:6] + b"S" + F1[7:], b"#" + F1[6:11] + F1[1:6] + F1[11:]])
+@each("data", [b"#M\x04$", b"#$", F1[:6] + b"S" + F1[7:], b"#" + F1[6:11] + F1[1:6] + F1[11:]])
 def test_the_hardened_side_wants_each_field_once(hears, data):
     simulator = hears("hardened", F1, data)
     assert len(simulator.commands) == 1
@@ -161,7 +162,7 @@ def test_a_port_that_is_gone_stops_the_car(hears):
     assert len(simulator.of(LinkSilent)) == simulator.counters.read_errors == 1
 
 
-@pytest.mark.parametrize(("profile", "speed"), [("v0", 0.539216), ("v1", 0.539216), ("hardened", 0.550980)])
+@each(("profile", "speed"), [("v0", 0.539216), ("v1", 0.539216), ("hardened", 0.550980)])
 def test_a_carriage_return(hears, profile, speed):
     simulator = hears(profile, F1[:12] + b"\r\r\r\x3f" + F1[16:])
     assert simulator.commands[0].speed_m_s == pytest.approx(speed, abs=1e-6)
@@ -172,7 +173,7 @@ def test_a_lone_carriage_return_quirk(hears):
     assert simulator.commands[0].speed_m_s == pytest.approx(0.539216, abs=1e-6)
 
 
-@pytest.mark.parametrize("bits", [b"\0\0\xc0\x7f", b"\0\0\x80\x7f", struct.pack("<f", 1e30)])
+@each("bits", [b"\0\0\xc0\x7f", b"\0\0\x80\x7f", struct.pack("<f", 1e30)])
 def test_values_without_meaning(hears, bits):
     data = F1[:12] + bits + F1[16:]
     assert struct.pack("<f", hears("v0", data).commands[0].speed_m_s) == bits
@@ -332,7 +333,7 @@ Q_SAYS = ManualCommand(steer=-0.75, throttle=0.5)
 WAITING = [500, 1000, 1500, 2000]
 
 
-@pytest.mark.parametrize(
+@each(
     ("quirks", "says", "times"),
     [
         ([], [P_SAYS, Q_SAYS], [10 + 50 * n for n in range(40)]),
@@ -368,7 +369,7 @@ def test_waiting_alone_loses_nothing(make_simulator):
     assert simulator.counters.read_errors
 
 
-@pytest.mark.parametrize("field", ["period_s", "bytes_each", "gather_s"])
+@each("field", ["period_s", "bytes_each", "gather_s"])
 def test_figures_that_cannot_be(field):
     with pytest.raises(LocalProtocolError, match=f"{field} is 0, not above 0"):
         PollOptions(**{field: 0})

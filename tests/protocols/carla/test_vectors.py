@@ -66,7 +66,7 @@ def test_the_lengths_are_those_of_the_line():
     assert encode_command(CommandFrame())[-2:] == b"$\0"
 
 
-@pytest.mark.parametrize("name", ["F1", "F2", "F3"])
+@each("name", ["F1", "F2", "F3"])
 def test_a_command_is_read_with_and_without_its_nul(name):
     vector = VECTORS[name]
     assert decode_command(vector.data[:29]) == decode_command(vector.data)
@@ -116,7 +116,7 @@ def test_a_control_command_is_sent_with_its_steering_times_one_point_two():
     assert encode_command(command.frame()) == VECTORS["F1"].data
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "command"),
     [
         ("F2", ManualCommand(steer=-0.5, throttle=0.75)),

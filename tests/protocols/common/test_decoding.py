@@ -5,11 +5,10 @@ from __future__ import annotations
 import pickle
 from enum import Enum
 
-import pytest
-
 from protocols.common.decoding import ReaderDecoder
 from protocols.common.framing import Dropped, Frame, ScanningReader
 from protocols.common.items import Item, Kind
+from tests.each import each
 
 Reason = Enum("Reason", {"FORM": "no newline"})
 
@@ -34,9 +33,7 @@ def decoder(**more):
     )
 
 
-@pytest.mark.parametrize(
-    ("more", "sorts"), [({}, [b"G", b"G", None, b"G"]), ({"sort": address}, [b"GGA", b"GLL", None, b"GGA"])]
-)
+@each(("more", "sorts"), [({}, [b"G", b"G", None, b"G"]), ({"sort": address}, [b"GGA", b"GLL", None, b"GGA"])])
 def test_messages_are_told_apart_by_their_first_byte_or_as_it_is_said(more, sorts):
     made = pickle.loads(pickle.dumps(decoder(**more)))
     assert [made.sort(found) for found in made.find(b"GGA,1\nGLL,2\n\nGGA,3\n")] == sorts

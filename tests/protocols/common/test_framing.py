@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocols.common.framing import Dropped, Frame, ScanningReader, Unfinished
+from tests.each import each
 
 
 class Reason(enum.Enum):
@@ -62,7 +63,7 @@ def test_bytes_in_a_row_that_are_dropped_for_one_reason_are_one_piece():
     ]
 
 
-@pytest.mark.parametrize(("pause_ns", "kept"), [(20, True), (21, False)])
+@each(("pause_ns", "kept"), [(20, True), (21, False)])
 def test_a_pause_ends_a_frame(pause_ns, kept):
     reader = ScanningReader(look, gap_ns=20)
     raw = frame(b"ab")
@@ -99,7 +100,7 @@ def test_what_is_refused_as_a_whole_is_one_piece():
         ]
 
 
-@pytest.mark.parametrize("empty", [Frame(b"", b""), Dropped(Reason.SUM, b"")])
+@each("empty", [Frame(b"", b""), Dropped(Reason.SUM, b"")])
 def test_a_piece_without_bytes_is_a_mistake_of_whoever_looks(empty):
     with pytest.raises(ValueError, match="without bytes"):
         ScanningReader(lambda held: empty).receive(b"a", 0)

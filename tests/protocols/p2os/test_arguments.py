@@ -64,7 +64,7 @@ def test_two_bytes_come_through_in_both_packings(high, low, packing):
     assert pack_bytes(*signed, packing) == argument
 
 
-@pytest.mark.parametrize("high", [-129, 256])
+@each("high", [-129, 256])
 def test_what_is_no_byte_is_not_packed(high):
     with pytest.raises(LocalProtocolError, match="byte"):
         pack_bytes(high, 0)

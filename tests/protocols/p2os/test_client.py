@@ -214,8 +214,8 @@ def test_wrong_answer_to_sync1_restarts(answer):
     finish(computer)
 
 
-@pytest.mark.parametrize("moving", [False, True])
-@pytest.mark.parametrize("state", [C.SYNC0_SENT, C.SYNC1_SENT, C.SYNC2_SENT, C.RESTARTING])
+@each("moving", [False, True])
+@each("state", [C.SYNC0_SENT, C.SYNC1_SENT, C.SYNC2_SENT, C.RESTARTING])
 def test_takes_over_an_old_session(moving, state):
     computer = computer_in(state)
     assert computer.feed(Sip(moving=moving)) == [CLOSE_1]
@@ -321,7 +321,7 @@ def test_does_not_ask_for_config_if_told_not_to():
     assert computer.report(PacketReceived).packet == Sip()
 
 
-@pytest.mark.parametrize("request_config", [False, True])
+@each("request_config", [False, True])
 def test_a_lost_open_is_sent_again_and_no_pulse_before(request_config):
     """To a server that still waits for OPEN a PULSE is a SYNC0."""
     computer = computer_in(C.OPENING, request_config=request_config)
@@ -340,8 +340,8 @@ def test_config_is_waited_for_from_the_open_that_got_through():
     assert computer.state is C.CONFIGURING
 
 
-@pytest.mark.parametrize("options", [{}, {"keepalive_s": 0.1}, {"keepalive_s": None}])
-@pytest.mark.parametrize("request_config", [False, True])
+@each("options", [{}, {"keepalive_s": 0.1}, {"keepalive_s": None}])
+@each("request_config", [False, True])
 def test_a_robot_without_sips_could_not_be_connected_to(request_config, options):
     computer = computer_in(C.OPENING, request_config=request_config, **options)
     computer.wait(8.2)
@@ -350,14 +350,14 @@ def test_a_robot_without_sips_could_not_be_connected_to(request_config, options)
     assert computer.connection.next_deadline_ns() is None
 
 
-@pytest.mark.parametrize("echo", [ECHO0, ECHO1])
+@each("echo", [ECHO0, ECHO1])
 def test_an_echo_in_session_tells_that_there_is_none(echo):
     computer = computer_in(C.OPEN)
     computer.feed(echo)
     assert computer.report(ConnectionLost).reason is LossReason.NOT_OPEN
 
 
-@pytest.mark.parametrize("echo", [ECHO0, ECHO1])
+@each("echo", [ECHO0, ECHO1])
 def test_an_echo_behind_open_begins_the_handshake_again(echo):
     computer = computer_in(C.CONFIGURING)
     assert computer.feed(echo) == []
@@ -397,7 +397,7 @@ def test_loses_a_robot_that_falls_silent():
     assert computer.connection.next_deadline_ns() is None
 
 
-@pytest.mark.parametrize("code", [0xFF, 0xFE])
+@each("code", [0xFF, 0xFE])
 def test_controller_reset_ends_the_session(code):
     computer = computer_in(C.OPEN)
     computer.feed(ControllerReset(code=code))
@@ -477,8 +477,8 @@ def test_wrong_messages_of_a_client_change_nothing(message):
     assert computer.connection.next_deadline_ns() == deadline
 
 
-@pytest.mark.parametrize("state", C)
-@pytest.mark.parametrize(("call", "trigger"), [("connect", T.CONNECT), ("disconnect", T.DISCONNECT)])
+@each("state", C)
+@each(("call", "trigger"), [("connect", T.CONNECT), ("disconnect", T.DISCONNECT)])
 def test_connecting_twice_and_leaving_nothing_change_nothing(state, call, trigger):
     computer = computer_in(state)
     if (state, trigger) in CLIENT_TABLE:
@@ -492,7 +492,7 @@ def test_connecting_twice_and_leaving_nothing_change_nothing(state, call, trigge
     assert computer.connection.next_deadline_ns() == deadline
 
 
-@pytest.mark.parametrize("options", [{"fallback_subclass": "p9"}, {"sync_timeout_s": 0}, {"max_misses": 0}])
+@each("options", [{"fallback_subclass": "p9"}, {"sync_timeout_s": 0}, {"max_misses": 0}])
 def test_options_that_make_no_sense(options):
     with pytest.raises(LocalProtocolError):
         ClientOptions(**options)

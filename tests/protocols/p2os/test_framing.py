@@ -128,7 +128,7 @@ def test_count_that_begins_the_next_header():
     assert frames(read(b"\xfa\xfb" + SYNC0)) == [SYNC0]
 
 
-@pytest.mark.parametrize("max_count", [200, MAX_COUNT_TOLERANT, 255])
+@each("max_count", [200, MAX_COUNT_TOLERANT, 255])
 def test_limit_of_the_count(max_count):
     longest = encode_frame(bytes(max_count - 2), max_count=255)
     assert frames(read(longest, max_count=max_count)) == [longest]
@@ -198,13 +198,13 @@ def test_long_noise_comes_in_runs():
     assert [len(item.data) for item in read(bytes(1000) + SYNC0)[:-1]] == [256, 256, 256, 232]
 
 
-@pytest.mark.parametrize("body", [b"", bytes(199)])
+@each("body", [b"", bytes(199)])
 def test_body_that_fits_no_frame(body):
     with pytest.raises(LocalProtocolError, match=f"{len(body)} bytes"):
         encode_frame(body)
 
 
-@pytest.mark.parametrize("max_count", [2, 256])
+@each("max_count", [2, 256])
 def test_limit_that_is_no_count(max_count):
     with pytest.raises(LocalProtocolError, match=str(max_count)):
         FrameReader(max_count=max_count)

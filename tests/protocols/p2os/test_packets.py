@@ -150,7 +150,7 @@ def test_round_trip_in_session(kind):
     check()
 
 
-@pytest.mark.parametrize("kind", HANDSHAKE_PACKETS, ids=lambda kind: kind.__name__)
+@each("kind", HANDSHAKE_PACKETS)
 def test_round_trip_before_the_session(kind):
     @settings(max_examples=examples(60))
     @given(HANDSHAKE_PACKETS[kind])
@@ -220,7 +220,7 @@ def test_sip_whose_count_reaches_past_its_end():
         Sip.decode(bytes(body))
 
 
-@pytest.mark.parametrize("status", [0x30, 0x31, 0x34])
+@each("status", [0x30, 0x31, 0x34])
 def test_further_status_bytes_only_where_asked_for(status):
     body = bytes((status,)) + Sip(x_raw=7).encode()[1:]
     assert decode_packet(body) == UnknownPacket(packet_type=status, payload=body[1:])

@@ -185,7 +185,7 @@ def test_pose_runs_on_where_counters_wrap(walk, mask, start):
     assert pose.heading_rad == pytest.approx(th * 2 * math.pi / 4096)
 
 
-@pytest.mark.parametrize("top", [32767, 65535])
+@each("top", [32767, 65535])
 def test_one_step_over_the_wrap(top):
     tracker = PoseTracker(P2DX)
     before = tracker.update(Sip(x_raw=top, th_raw=2047))
@@ -209,7 +209,7 @@ def test_a_turn_is_short_by_arias_angle():
     assert pose.heading_deg == pytest.approx(359.07, abs=0.01)
 
 
-@pytest.mark.parametrize(("aria", "unit_rad"), [(True, 0.00153), (False, 2 * math.pi / 4096)])
+@each(("aria", "unit_rad"), [(True, 0.00153), (False, 2 * math.pi / 4096)])
 def test_the_heading_error_has_the_unit_of_the_heading(aria, unit_rad):
     sip = Sip(th_raw=-1000, control_raw=-900)
     reading = read_sip(sip, P2DX, Dialect(aria_angle=aria))

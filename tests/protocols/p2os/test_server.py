@@ -108,14 +108,14 @@ def test_handshake_step_by_step():
     assert robot.has(SessionOpened)
 
 
-@pytest.mark.parametrize("opening", [SYNC[1], OPEN_1])
+@each("opening", [SYNC[1], OPEN_1])
 def test_open_with_and_without_an_argument(opening):
     robot = robot_in(S.READY)
     assert robot.receive(opening) == b""
     assert robot.state is S.OPEN
 
 
-@pytest.mark.parametrize("closing", [SYNC[2], CLOSE_1])
+@each("closing", [SYNC[2], CLOSE_1])
 def test_close_with_and_without_an_argument(closing):
     robot = robot_in(S.OPEN)
     assert robot.receive(closing) == b""
@@ -134,8 +134,8 @@ def test_three_syncs_in_a_live_session_end_it_without_an_echo():
     assert robot.state is S.WAIT
 
 
-@pytest.mark.parametrize("state", [S.WAIT, S.WAIT1, S.WAIT2, S.READY])
-@pytest.mark.parametrize("data", [VEL, CLOSE_1, UNREADABLE, SYNC[0][:-1] + b"\x01"])
+@each("state", [S.WAIT, S.WAIT1, S.WAIT2, S.READY])
+@each("data", [VEL, CLOSE_1, UNREADABLE, SYNC[0][:-1] + b"\x01"])
 def test_nothing_else_before_the_session(state, data):
     robot = robot_in(state)
     assert robot.receive(data) == b""
@@ -143,8 +143,8 @@ def test_nothing_else_before_the_session(state, data):
     assert not robot.has(CommandReceived)
 
 
-@pytest.mark.parametrize("state", [S.WAIT, S.WAIT1, S.WAIT2])
-@pytest.mark.parametrize("policy", WrongOrder)
+@each("state", [S.WAIT, S.WAIT1, S.WAIT2])
+@each("policy", WrongOrder)
 def test_an_early_open_with_an_argument_is_no_sync(state, policy):
     robot = robot_in(state, wrong_order=policy)
     assert robot.receive(OPEN_1) == b""
@@ -158,8 +158,8 @@ def test_sync0_restarts_from_anywhere(state):
     assert robot.state is S.WAIT1
 
 
-@pytest.mark.parametrize(("state", "last"), [(S.WAIT1, 0), (S.WAIT2, 1), (S.READY, 2)])
-@pytest.mark.parametrize("policy", WrongOrder)
+@each(("state", "last"), [(S.WAIT1, 0), (S.WAIT2, 1), (S.READY, 2)])
+@each("policy", WrongOrder)
 def test_a_repeat_is_answered_again(state, last, policy):
     robot = robot_in(state, wrong_order=policy)
     assert robot.receive(SYNC[last]) == (IDENTITY if last == 2 else SYNC[last])
@@ -239,7 +239,7 @@ def test_watchdog_that_only_warns_nobody():
     assert robot.wait(3600) == []
 
 
-@pytest.mark.parametrize("silence_s", [0, -1.0, float("nan")])
+@each("silence_s", [0, -1.0, float("nan")])
 def test_a_watchdog_needs_a_time_above_0(silence_s):
     with pytest.raises(LocalProtocolError, match="watchdog_s is"):
         ServerOptions(watchdog_s=silence_s)
@@ -334,7 +334,7 @@ def test_sending_packets():
     assert robot.connection.send(ControllerReset(), 0) == ERROR
 
 
-@pytest.mark.parametrize("call", ["connect", "disconnect"])
+@each("call", ["connect", "disconnect"])
 def test_a_server_neither_connects_nor_leaves(call):
     with pytest.raises(LocalProtocolError, match="server"):
         getattr(Robot().connection, call)(0)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
-
 from protocols.p2os import (
     ArgumentForm,
     BytePacking,
@@ -246,8 +244,8 @@ def test_the_longest_say_has_the_checksum_of_the_manuals_limit():
     assert raw[-2:] == bytes.fromhex("338D")
 
 
-@pytest.mark.parametrize("packing", BytePacking)
-@pytest.mark.parametrize(("left", "right"), [(300, -100), (-100, -100), (-100, 300), (2540, -2540), (0, 20)])
+@each("packing", BytePacking)
+@each(("left", "right"), [(300, -100), (-100, -100), (-100, 300), (2540, -2540), (0, 20)])
 def test_vel2_reads_the_same_in_both_packings(left, right, packing):
     raw = encode_command(vel2(left, right, packing=packing))
     assert vel2_speeds_mm_s(decode_command(the_frame(raw).body)) == (left, right)

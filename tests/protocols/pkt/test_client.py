@@ -112,7 +112,7 @@ def test_the_line_goes_down():
     assert host.line_down(2) == []
 
 
-@pytest.mark.parametrize(
+@each(
     ("options", "last"),
     [
         ({}, [encode_frame(encode_command(MotorThrottles(a=0.0, b=0.0)))]),
@@ -168,7 +168,7 @@ def test_a_report_of_the_wrong_size_is_counted_and_an_unknown_one_handed_on():
     ]
 
 
-@pytest.mark.parametrize(
+@each(
     ("message", "text"),
     [
         (GeneralReport(), "GeneralReport is not for a client"),
@@ -190,7 +190,7 @@ def test_it_may_send_what_no_rover_knows():
     assert client().send(RequestTelemetry(report_type=0), 0) == bytes.fromhex("50 4B 54 21 02 00 00 1D 0F 0A")
 
 
-@pytest.mark.parametrize("call", ["telemetry", "set_status"])
+@each("call", ["telemetry", "set_status"])
 def test_a_host_has_no_telemetry(call):
     host = client()
     with pytest.raises(LocalProtocolError, match="client has no telemetry"):

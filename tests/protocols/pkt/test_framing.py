@@ -140,7 +140,7 @@ def test_the_firmwares_decoder(stream):
     assert made_by(FrameReader(LEN), stream) == firmware_len(stream)
 
 
-@pytest.mark.parametrize(("strict", "raw_limit"), [(True, 64), (False, 66)])
+@each(("strict", "raw_limit"), [(True, 64), (False, 66)])
 def test_the_documents_diagram(strict, raw_limit):
     options = FramingOptions(framing=Framing.TERM, strict_diagram=strict)
 
@@ -244,7 +244,7 @@ def test_a_half_frame_waits_for_ever_without_a_timer():
     assert frame.raw == LED_ON
 
 
-@pytest.mark.parametrize(
+@each(
     ("timer", "came_s", "deadline_s"),
     [
         (FrameTimer.SINCE_FIRST_BYTE, (2.3, 2.9), 3.3),
@@ -290,7 +290,7 @@ def test_time_that_runs_backwards_counts_as_standing():
 # ---- the buffer behind the payload
 
 
-@pytest.mark.parametrize("size", [1, 1000])
+@each("size", [1, 1000])
 def test_what_earlier_frames_leave_in_the_buffer(size):
     """A C array: payload bytes stay where they are, one zero is written behind each payload."""
     reader = FrameReader(LEN, keep_buffer=True)
@@ -303,7 +303,7 @@ def test_what_earlier_frames_leave_in_the_buffer(size):
 # ---- misuse and tables
 
 
-@pytest.mark.parametrize("payload", [b"", bytes(97)])
+@each("payload", [b"", bytes(97)])
 def test_a_payload_that_fits_no_frame(payload):
     with pytest.raises(LocalProtocolError, match=f"{len(payload)} bytes is not 1..96"):
         encode_frame(payload)

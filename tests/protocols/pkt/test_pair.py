@@ -40,6 +40,7 @@ from protocols.pkt import (
     hides_newline,
 )
 from protocols.testing import Pair, lossy, unchanged
+from tests.each import each
 from tests.share import examples, seeds
 
 SECOND = 1_000_000_000
@@ -89,7 +90,7 @@ def test_clean_line():
     assert pair.of(CommandReceived)[-1].command == MotorThrottles(a=0.0, b=0.0)
 
 
-@pytest.mark.parametrize(
+@each(
     ("profile", "command"),
     [
         ("documented", SpeedSetpoints(a_rpm=30.0, b_rpm=30.0)),

@@ -109,7 +109,7 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize("size", [1000, 1], ids=["at once", "byte by byte"])
+@each("size", [1000, 1])
 def test_the_counters_after_a_stimulus(make_rover, size):
     for name, profiles, stimulus, expected in CASES:
         for profile in profiles:
@@ -120,7 +120,7 @@ def test_the_counters_after_a_stimulus(make_rover, size):
             assert rover.counts == expected, (name, profile)
 
 
-@pytest.mark.parametrize("profile", ALL_LEN)
+@each("profile", ALL_LEN)
 def test_p01_a_request_is_answered_and_counts_for_nothing(make_rover, profile):
     rover = rover_of(make_rover, profile)
     assert rover.hear(W1) == [W14]
@@ -135,7 +135,7 @@ def test_p01_without_a_length_byte_the_answer_has_five_bytes(make_rover):
     ]
 
 
-@pytest.mark.parametrize(("profile", "answers"), [("g0", []), ("g2", []), ("documented", [W16])])
+@each(("profile", "answers"), [("g0", []), ("g2", []), ("documented", [W16])])
 def test_p02_whether_the_execution_is_reported(make_rover, profile, answers):
     rover = rover_of(make_rover, profile)
     assert rover.hear(W3) == answers
@@ -143,7 +143,7 @@ def test_p02_whether_the_execution_is_reported(make_rover, profile, answers):
     assert rover.of(CommandReceived) == [CommandReceived(command=LedOn())]
 
 
-@pytest.mark.parametrize(
+@each(
     ("rule", "expected"),
     [(ExecutionReports.NEVER, []), (ExecutionReports.LEDS, [W16]), (ExecutionReports.EVERY, [W16, W17])],
 )
@@ -153,14 +153,14 @@ def test_p04_who_gets_an_execution_report(make_rover, rule, expected):
     assert rover.of(CommandRefused) == [CommandRefused(payload=b"\x7f", error=ErrorCode.UNKNOWN_OPCODE)]
 
 
-@pytest.mark.parametrize("profile", ALL_LEN)
+@each("profile", ALL_LEN)
 def test_p06_a_packet_without_its_newline_is_not_carried_out(make_rover, profile):
     rover = rover_of(make_rover, profile)
     rover.hear(W3[:-1] + b"\x58")
     assert rover.of(CommandReceived) == []
 
 
-@pytest.mark.parametrize("profile", ALL_LEN)
+@each("profile", ALL_LEN)
 def test_p09_the_longest_payload(make_rover, profile):
     rover = rover_of(make_rover, profile)
     for at in range(0, 104, 32):
@@ -168,7 +168,7 @@ def test_p09_the_longest_payload(make_rover, profile):
     assert rover.counts == (1, 0, 1, 0)
 
 
-@pytest.mark.parametrize(("profile", "answers"), [("g0", 0), ("g2", 0), ("documented", 1)])
+@each(("profile", "answers"), [("g0", 0), ("g2", 0), ("documented", 1)])
 def test_p12_a_request_in_a_broken_sync_word(make_rover, profile, answers):
     rover = rover_of(make_rover, profile)
     assert len(rover.hear(b"\x50\x4b" + W2)) == answers
@@ -182,7 +182,7 @@ def test_p19_newlines_in_a_throttle(make_rover):
     assert rover.counts == (1, 0, 3, 0)
 
 
-@pytest.mark.parametrize("profile", ALL_LEN)
+@each("profile", ALL_LEN)
 def test_p21_the_counters_wrap(make_rover, profile):
     rover = rover_of(make_rover, profile)
     for _ in range(255):
@@ -228,7 +228,7 @@ def test_p22d_too_few_parameters_are_an_error(make_rover):
     assert rover.of(CommandRefused) == [CommandRefused(payload=b"\x03", error=ErrorCode.INVALID_LENGTH)]
 
 
-@pytest.mark.parametrize(
+@each(
     ("rule", "throttle", "expected"),
     [(RangeRule.ANY, 1.5, 1.5), (RangeRule.CLAMP, 1.5, 1.0), (RangeRule.CLAMP, -2, -1)],
 )
@@ -261,7 +261,7 @@ def test_gains_read_late_and_strictly_are_refused_only_when_short(make_rover):
     assert rover.counts == (2, 0, 5, 2)
 
 
-@pytest.mark.parametrize(
+@each(
     ("schema", "opcode", "known"),
     [(s, o, o <= {Schema.V1: 3, Schema.V1B: 4, Schema.V2: 5}[s]) for s in Schema for o in range(8)],
 )
@@ -286,7 +286,7 @@ def test_p23_half_a_frame_and_the_rest_thirty_seconds_later(make_rover):
         assert rover.counts[0] == counts[0] + 1
 
 
-@pytest.mark.parametrize(("profile", "stops_s"), [("g2", None), ("term-doc", None), ("g0", 1.0), ("documented", 1.0)])
+@each(("profile", "stops_s"), [("g2", None), ("term-doc", None), ("g0", 1.0), ("documented", 1.0)])
 def test_p24_a_silent_host(make_rover, profile, stops_s):
     rover = rover_of(make_rover, profile)
     rover.wait(0.5)
@@ -325,9 +325,7 @@ def test_before_the_first_frame_the_watchdog_runs_too(make_rover):
 ELEVEN = encode_frame(b"\x01\0\0")
 
 
-@pytest.mark.parametrize(
-    ("profile", "counts"), [("g2", (0, 0, 0, 0)), ("documented", (1, 0, 1, 0)), ("g0", (1, 0, 1, 0))]
-)
+@each(("profile", "counts"), [("g2", (0, 0, 0, 0)), ("documented", (1, 0, 1, 0)), ("g0", (1, 0, 1, 0))])
 def test_p25_eleven_bytes_in_one_look(make_rover, profile, counts):
     rover = rover_of(make_rover, profile)
     rover.hear(ELEVEN)
@@ -505,7 +503,7 @@ def test_p32_a_tolerant_receiver_reads_on(make_rover):
     assert [event.command for event in rover.of(CommandReceived)] == [MotorSpeeds(a=59, b=59), MotorSpeeds(a=10, b=10)]
 
 
-@pytest.mark.parametrize(("strict", "counts"), [(False, (1, 0, 1, 0)), (True, (0, 1, 0, 2))])
+@each(("strict", "counts"), [(False, (1, 0, 1, 0)), (True, (0, 1, 0, 2))])
 def test_p33_what_the_limit_counts(make_rover, strict, counts):
     options = ServerOptions(
         frames=FramingOptions(framing=Framing.TERM, strict_diagram=strict, timer=FrameTimer.OFF),
@@ -526,7 +524,7 @@ def test_p34_the_limit_ends_a_frame_once(make_rover):
 # ---- misuse
 
 
-@pytest.mark.parametrize(
+@each(
     ("wrong", "text"),
     [
         ({"silence_s": 0.0}, "silence_s is 0.0"),
@@ -547,13 +545,13 @@ def test_senseless_rates_and_looks():
             PollOptions(**{name: 0})
 
 
-@pytest.mark.parametrize("call", ["connect", "disconnect"])
+@each("call", ["connect", "disconnect"])
 def test_a_rover_has_nobody_to_connect_to(call):
     with pytest.raises(LocalProtocolError, match=call):
         getattr(Connection(Role.SERVER), call)(0)
 
 
-@pytest.mark.parametrize("profile", PROFILES)
+@each("profile", PROFILES)
 def test_every_edge_of_the_rover_is_taken_in_some_case(make_rover, profile):
     """All pairs of state and stimulus; what the options leave out aside."""
     visited = set()

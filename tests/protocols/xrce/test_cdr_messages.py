@@ -269,7 +269,7 @@ def as_rosbags(store, name, message, definitions):
 def test_rosbags_makes_and_reads_the_same():
     typesys = pytest.importorskip("rosbags.typesys", reason="rosbags is not installed")
 
-    @settings(max_examples=300)
+    @settings(max_examples=examples(300))
     @given(worlds(), st.booleans())
     def check(world, little_endian):
         definitions, message = world

@@ -10,6 +10,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 from protocols import xrce
 from protocols.testing import lossy
 from protocols.xrce import AgentState, ClientState, CloseReason
+from tests.each import each
 from tests.protocols.xrce.conftest import Line
 from tests.share import examples, seeds
 
@@ -115,7 +116,7 @@ def test_a_peer_that_sends_only_beginnings_does_not_make_the_agent_grow():
     assert pair.server.held <= 16 * (3 * 1004 + 3000)
 
 
-@pytest.mark.parametrize("who", ["agent", "client", "both"])
+@each("who", ["agent", "client", "both"])
 def test_a_restart_of_either_end_is_got_over(who):
     pair = Line()
     pair.connect()

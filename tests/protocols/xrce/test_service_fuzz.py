@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from protocols import xrce
 from protocols.testing import lossy
 from protocols.xrce import AgentOptions, AgentService, Framing, FramingOptions, Profiles
+from tests.each import each
 from tests.protocols.xrce.star import MS, READER, SECOND, Star, objects
 from tests.protocols.xrce.test_service import ENDPOINT_XML, SERVICE_XML, xml_objects
 from tests.share import seeds
@@ -112,7 +113,7 @@ def test_mutated_conversations(seed):
 FAULTS = {"lost": {"drop": 0.2}, "turned": {"flip": 0.2}, "twice": {"repeat": 0.3}, "noise": {"noise": 0.5}}
 
 
-@pytest.mark.parametrize("fault", FAULTS)
+@each("fault", FAULTS)
 def test_from_client_to_client_over_faulty_lines_everything_arrives_once_and_in_order(fault):
     damage = lossy(26, **FAULTS[fault])
     star = Star("a", "b", mtu=128)

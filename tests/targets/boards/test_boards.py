@@ -152,7 +152,7 @@ def test_what_makes_no_board(more, said):
         Board.from_mapping(MINIMAL | more)
 
 
-@pytest.mark.parametrize(
+@each(
     ("chip", "nearest"),
     [
         ("STM32F103RG", "chips: STM32F103RE, STM32F103RD, STM32F103RC"),

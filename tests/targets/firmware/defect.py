@@ -35,16 +35,15 @@ class Defect:
         return source
 
 
-def first_of_each(defects, *attributes):
-    """Return them as parameters; the gate has the first of those that have the same test, owner, or both."""
-    seen = set()
-    found = []
-    for defect in defects:
-        place = tuple(getattr(defect, attribute) for attribute in attributes)
-        marks = pytest.mark.exhaustive("another defect in a place of which the gate has one") if place in seen else ()
-        found.append(pytest.param(defect, id=str(defect), marks=marks))
-        seen.add(place)
-    return found
+def some(defects, every):
+    """Return them as parameters; the gate has the first of every so many self-tests that have to find them."""
+    tests = list(dict.fromkeys(defect.test for defect in defects))
+    first = {test: next(defect for defect in defects if defect.test == test) for test in tests[::every]}
+    rest = pytest.mark.exhaustive("another defect or self-test; the gate has some of both, and each self-test passes")
+    return [
+        pytest.param(defect, id=str(defect), marks=() if first.get(defect.test) is defect else rest)
+        for defect in defects
+    ]
 
 
 def finds_it(run):

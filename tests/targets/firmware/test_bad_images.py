@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import pytest
 
 from targets.firmware import image_names
+from tests.each import each
 
 LIMIT_MS = 500
 OTHER_TIMING = pytest.mark.exhaustive("the other timing model; the gate has golden traces with it")
@@ -84,7 +85,7 @@ def test_it_ends_at_the_same_cycle_however_it_is_run(start, name):
     assert end() == end(step_ns=77_777) == end(step_ns=1_000_000, skip_idle=False)
 
 
-@pytest.mark.parametrize("timing", ["flat", "table"])
+@each("timing", ["flat", "table"])
 def test_a_wait_for_what_never_comes_does_not_end_but_is_seen(start, timing):
     run = start("bad-stuck", timing=timing).to(2000)
     assert run.machine.ended is None

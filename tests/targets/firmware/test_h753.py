@@ -18,12 +18,13 @@ from targets.mcu.stm32h7.flash import Flash
 from targets.mcu.stm32h7.hsem import Hsem
 from targets.mcu.stm32h7.pwr import Pwr
 from targets.mcu.stm32h7.rcc import Rcc
-from tests.targets.firmware.defect import Defect, finds_it, first_of_each
+from tests.each import each
+from tests.targets.firmware.defect import Defect, finds_it, some
 
 MS = 1_000_000
 
 
-@pytest.mark.parametrize("timing", ["flat", "table"])
+@each("timing", ["flat", "table"])
 def test_the_self_test_of_the_chip_passes(start, timing):
     run = start("h753-chip", timing=timing).to(1500)
     assert run.machine.ended is not None, run.console
@@ -74,7 +75,7 @@ DEFECTS = [
 ]
 
 
-@pytest.mark.parametrize("defect", first_of_each(DEFECTS, "test", "owner"))
+@pytest.mark.parametrize("defect", some(DEFECTS, 2))
 def test_each_defect_of_the_chip_is_found(start, put_in, defect):
     put_in(defect)
     assert finds_it(start(f"h753-{defect.test}").to(1500)), "the self-test passes all the same"
@@ -105,7 +106,7 @@ def test_it_echoes(start):
     assert run.to(25).sent["USART3"] == b"hello"
 
 
-@pytest.mark.parametrize("timing", ["flat", "table"])
+@each("timing", ["flat", "table"])
 def test_timers_by_a_cycle_counter_that_nobody_unlocked_and_one_shot_after_another(start, timing):
     run = start("h753-one-shot", timing=timing).record("PB0", "PE1").to(25)
     assert run.resets == ["POR"]

@@ -7,6 +7,8 @@ import math
 
 import pytest
 
+from tests.each import each
+
 MS = 1_000_000
 TEXT = bytes(range(256))
 OTHER_TIMING = pytest.mark.exhaustive("the other timing model; the gate has golden traces with it")
@@ -67,6 +69,7 @@ def test_a_sine_by_dma_and_an_echo_on_a_device_of_high_density(start):
     assert not machine.notes.all
 
 
+@pytest.mark.exhaustive("seconds in the emulator; the gate has its golden trace")
 def test_a_device_of_the_value_line(start):
     run = start("style-value-line").record("PC8", "PC9", "PA2").send("USART1", b"echo", baud=115_200, at_ms=30)
     run.drive("PA0", (60, True), (80, False))
@@ -99,7 +102,7 @@ def test_interrupts_and_dma(start):
     assert not run.misuses
 
 
-@pytest.mark.parametrize("name", ["style-kernel", "style-kernel-busy"])
+@each("name", ["style-kernel", "style-kernel-busy"])
 def test_kernel(start, name):
     run = start(name).record("PA0", "PA1", "PA2").to(450)
     assert run.sent["USART1"].startswith(b"messages 50 wrong 0 sum ")
@@ -145,7 +148,7 @@ def test_swj_cfg_is_polled_until_it_reads_back(start):
     assert [(note.kind, note.where) for note in run.machine.notes.all] == [("assumed", "AFIO_MAPR.SWJ_CFG")]
 
 
-@pytest.mark.parametrize("name", ["boot-combined", "boot-application"])
+@each("name", ["boot-combined", "boot-application"])
 def test_the_application_runs_at_its_address(start, name):
     run = start(name).to(50)
     assert run.sent["USART1"] == b"application at 0x8002000\r\n"
@@ -153,7 +156,7 @@ def test_the_application_runs_at_its_address(start, name):
     assert not run.misuses
 
 
-@pytest.mark.parametrize(("name", "pin"), [("boot-combined", False), ("boot-loader", None), ("boot-loader", False)])
+@each(("name", "pin"), [("boot-combined", False), ("boot-loader", None), ("boot-loader", False)])
 def test_the_boot_loader_stays(start, name, pin):
     run = start(name).record("PC13").drive("PB9", (0, pin)).to(300)
     assert not run.sent["USART1"]

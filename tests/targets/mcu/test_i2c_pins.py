@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -12,6 +11,7 @@ from targets.mcu.nets import Nets
 from targets.mcu.pins import PadMode, Pins
 from targets.mcu.signals import Signals
 from targets.mcu.testing import FakeChip
+from tests.each import each
 
 HERE = 0x42
 QUARTER = 20  # cycles
@@ -209,7 +209,7 @@ def test_it_goes_with_the_signals_of_an_interface():
     assert messages(program, [(HERE, True, [0])]) == [True, 0x5A]
 
 
-@pytest.mark.parametrize("wired", ["PB7", "PB6"])
+@each("wired", ["PB7", "PB6"])
 def test_who_is_wired_to_a_pin_hears_it(wired):
     program = Program(Memory())
     Nets().wire("tap", program.pins[wired], program.pins["PB10"])

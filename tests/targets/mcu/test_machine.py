@@ -17,6 +17,7 @@ from targets.mcu.engine.api import Reg
 from targets.mcu.image import Image, Segment, limits_for, load_image
 from targets.mcu.machine import Machine
 from targets.mcu.symbols import NO_SYMBOLS
+from tests.each import each
 from tests.share import examples, matrix
 
 FLASH, RAM, STACK = 0x0800_0000, 0x2000_0000, 0x2000_5000
@@ -143,7 +144,7 @@ class TestTime:
         machine.run_to(MS)
         assert first_ns < machine.now_ns < 20_000
 
-    @pytest.mark.parametrize("halves", [(HANG,), TOGGLE, (WFI, HANG)])
+    @each("halves", [(HANG,), TOGGLE, (WFI, HANG)])
     def test_an_event_can_end_the_run(self, start, halves):
         """The rest of its instant still happens, and nothing of later."""
         machine, happened = start(*halves), []
@@ -161,7 +162,7 @@ class TestTime:
         machine.run_to(MS)
         assert happened == ["end", "same instant", "later"]
 
-    @pytest.mark.parametrize("halves", [(HANG,), (WFI, HANG)])
+    @each("halves", [(HANG,), (WFI, HANG)])
     def test_what_an_event_raises_comes_out_of_the_run(self, start, halves):
         machine, happened = start(*halves), []
 
@@ -227,7 +228,7 @@ class TestBoot:
         assert "system memory" in machine.ended.cause
 
 
-@pytest.mark.parametrize("timing", ["flat", "table"])
+@each("timing", ["flat", "table"])
 def test_an_image_of_the_vendors_library_gets_its_crystal_however_well_it_was_compiled(board, timing):
     """SystemInit waits for HSERDY by 0x500 polls; no compiler makes the loop shorter than this."""
     wait = (
@@ -242,7 +243,7 @@ def test_an_image_of_the_vendors_library_gets_its_crystal_however_well_it_was_co
     assert machine.bus.read(0x4002_1000, 4) & 1 << 17
 
 
-@pytest.mark.parametrize("startup_us", [40, 3000])
+@each("startup_us", [40, 3000])
 def test_the_crystal_takes_as_long_as_the_board_says(board, startup_us):
     code = (0x4C05, 0xF44F, 0x3080, 0x6020, HANG, *[NOP] * 7, 0x1000, 0x4002)
     machine = Machine(dataclasses.replace(board, hse_startup_us=startup_us), program(*code))
@@ -272,7 +273,7 @@ class TestCore:
         machine.run_to(MS)
         assert machine.engine.get(Reg.R3) == 1
 
-    @pytest.mark.parametrize("control", [1, 3])
+    @each("control", [1, 3])
     def test_unprivileged_code_is_interrupted_and_gone_back_to(self, start, control):
         machine = start(
             *(0x4668, 0x3880),  # mov r0, sp; subs r0, #128
@@ -429,7 +430,7 @@ def test_where_a_program_is_that_is_about_to_return_from_an_exception(start):
     assert seen <= {CODE, CODE + 2, CODE + 4}
 
 
-@pytest.mark.parametrize("stack", [0x1000_0000, 0x4001_3800])  # nothing; USART1
+@each("stack", [0x1000_0000, 0x4001_3800])  # nothing; USART1
 def test_a_return_from_an_exception_with_a_stack_that_is_none_changes_nothing(start, stack):
     machine = start(HANG)
     machine.engine.set(Reg.MSP, stack)
@@ -438,7 +439,7 @@ def test_a_return_from_an_exception_with_a_stack_that_is_none_changes_nothing(st
     assert machine.notes.all == []
 
 
-@pytest.mark.parametrize(
+@each(
     ("set_up", "mode"),
     [
         ((), "Sleep"),
@@ -539,8 +540,8 @@ class TestSleepInFaultHandlers:
 
         return crashed
 
-    @pytest.mark.parametrize("sleep", [WFI, WFE])
-    @pytest.mark.parametrize("set_up", [(), TICKING, ((SCR, 4),), (*PWR_CLOCK, *STANDBY)])
+    @each("sleep", [WFI, WFE])
+    @each("set_up", [(), TICKING, ((SCR, 4),), (*PWR_CLOCK, *STANDBY)])
     def test_nothing_wakes_a_hard_fault(self, crash, sleep, set_up):
         machine = crash(*set_up, sleep=sleep)
         assert machine.ended.kind == "fault-loop"
@@ -549,11 +550,11 @@ class TestSleepInFaultHandlers:
         assert machine.ended.ns < 2 * MS
         assert machine.ended.pc == CODE + 6
 
-    @pytest.mark.parametrize("options", [{"skip_idle": False}, {"steps_ns": 77_777}, {"steps_ns": 1_000}])
+    @each("options", [{"skip_idle": False}, {"steps_ns": 77_777}, {"steps_ns": 1_000}])
     def test_the_end_is_the_same_however_it_is_run(self, crash, options):
         assert crash(*self.TICKING, **options).ended == crash(*self.TICKING).ended
 
-    @pytest.mark.parametrize(
+    @each(
         ("set_up", "masks", "ends"),
         [
             (TICKING, (), False),
@@ -576,7 +577,7 @@ class TestSleepInFaultHandlers:
         (note,) = (note for note in machine.notes.all if note.kind == "misuse")
         assert note.text.endswith("; the handler has not returned")
 
-    @pytest.mark.parametrize(
+    @each(
         ("set_up", "ends"),
         [
             (((SCR, 1 << 4),), False),  # SEVONPEND
@@ -596,7 +597,7 @@ class TestSleepInFaultHandlers:
         assert machine.ended is None
         assert machine.bus.read(0x4002_1024, 4) & 1 << 29  # IWDGRSTF
 
-    @pytest.mark.parametrize("watchdog", [True, False])
+    @each("watchdog", [True, False])
     def test_a_program_that_hangs_is_set_going_by_a_reset_alone(self, board, watchdog):
         """It counts in r2; the watchdog, fed never, would reset it after some 0.5 s."""
         machine = Machine(board, program(0x3201, 0xE7FD))  # adds r2, #1; b .-2
@@ -633,14 +634,14 @@ class TestConditions:
     # itet eq with what is in its middle; adds r2, #1; adds r3, #1; b .  r2 is for NE
     REST = (0x3201, 0x3301, HANG)
 
-    @pytest.mark.parametrize(("compare", "sums"), [(0x4280, (0, 1)), (0x2800, (1, 0))])  # cmp r0, r0; cmp r0, #0
+    @each(("compare", "sums"), [(0x4280, (0, 1)), (0x2800, (1, 0))])  # cmp r0, r0; cmp r0, #0
     def test_semihosting(self, start, compare, sums):
         machine = start(0x2013, compare, 0xBF0A, 0xBEAB, *self.REST)  # BKPT, whatever the condition: SYS_ERRNO
         machine.run_to(MS)
         assert (machine.engine.get(Reg.R2), machine.engine.get(Reg.R3)) == sums
         assert machine.engine.get(Reg.R0) == 0
 
-    @pytest.mark.parametrize("fault", [(0x6801,), (0x6001,), (0xF8D0, 0x1000), (0xF8C0, 0x1000)])
+    @each("fault", [(0x6801,), (0x6001,), (0xF8D0, 0x1000), (0xF8C0, 0x1000)])
     def test_a_bus_error_that_is_ignored(self, start, fault):
         set_up = (
             *(0xF04F, 0x20E0, 0xF44F, 0x7180, 0xF8C0, 0x1D14),  # mov.w r0, #SCS; mov.w r1, #BFHFNMIGN; str CCR
@@ -669,7 +670,7 @@ class TestRefusals:
     """A bus error of a peripheral that is there is not told as an address where nothing is."""
 
     # ldr r0, =address; ldr r1, =value; the store
-    @pytest.mark.parametrize(
+    @each(
         ("address", "value", "store", "said"),
         [
             (0x4002_2004, 0xBAD, 0x6001, "FLASH_KEYR got a wrong key, and takes none until the next reset"),
@@ -703,7 +704,7 @@ class TestRefusals:
         assert "refused: SCS is for privileged software only (0xE000ED24)" in machine.ended.cause
 
 
-@pytest.mark.parametrize(
+@each(
     ("address", "instruction", "said"),
     [
         (0x2000_5000, 0x6801, "RAM of the STM32F103C8, 20 KB from 0x20000000 on; the STM32F103RC has 48 KB"),

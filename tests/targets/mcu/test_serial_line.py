@@ -119,7 +119,7 @@ def test_reads_what_a_receiver_sees_tick_by_tick(traffic, line_format):
     assert [(word.value, word.noise, word.framing_error, word.parity_error) for word in words] == expected
 
 
-@pytest.mark.parametrize("known_first", [True, False])
+@each("known_first", [True, False])
 def test_a_start_bit_at_the_last_sample_is_noise_if_it_is_known(known_first):
     line_format = SerialFormat.parse("8N1")
     receiver = LineReceiver(line_format, Fraction(16))
@@ -173,7 +173,7 @@ def test_the_edges_of_a_frame():
     assert SerialFrame(start_s=Fraction(0), bit_s=Fraction(1), bits=0, bit_count=9).edges() == [(0, False), (10, True)]
 
 
-@pytest.mark.parametrize(
+@each(
     ("word_bits", "clean_percent", "readable_percent"),
     # RM0008, "USART receiver's tolerance when DIV_Fraction is 0": noise is an error, noise does not matter
     [(8, "3.75", "4.375"), (9, "3.41", "3.97")],

@@ -22,6 +22,7 @@ from targets.parts.p2os_adapter import (
     SpeedSent,
 )
 from targets.parts.testing import PartBench
+from tests.each import each
 from tests.share import examples, few
 
 MS = 1_000_000
@@ -214,7 +215,7 @@ def test_g17_the_safe_profile_stops_and_goes_on_with_the_next_change(make_adapte
     assert len(adapter.told(SafeStopped)) == 1
 
 
-@pytest.mark.parametrize(("trigger_mm_s", "speed_mm_s"), [(400, 400), (500, 500)])
+@each(("trigger_mm_s", "speed_mm_s"), [(400, 400), (500, 500)])
 def test_g19_the_game_pad(make_adapter, trigger_mm_s, speed_mm_s) -> None:
     adapter = make_adapter(mode="gamepad", trigger_mm_s=trigger_mm_s)
     adapter.put("p2dx_con", True)

@@ -59,7 +59,7 @@ def test_dd7_and_dd8_driven(make_adapter) -> None:
     assert adapter.distances() == [False] + [True] * 7
 
 
-@pytest.mark.parametrize("number", range(1, 8))
+@each("number", range(1, 8))
 def test_each_wire_has_the_sonar_before_it(make_adapter, number) -> None:
     ranges_m = [3.0] * 8
     ranges_m[number] = 0.4
@@ -67,7 +67,7 @@ def test_each_wire_has_the_sonar_before_it(make_adapter, number) -> None:
     assert [bool(level) for level in adapter.distances()] == [index == number for index in range(8)]
 
 
-@pytest.mark.parametrize(
+@each(
     ("sense", "threshold_m", "expected"),
     [
         ("near", 1.0, [True, True, False]),
@@ -137,9 +137,7 @@ def test_other_sizes_in_the_published_form() -> None:
     assert published_words(Pose(x_mm=100, y_mm=0.0), settings) == (4, 4)
 
 
-@pytest.mark.parametrize(
-    ("order", "levels"), [("msb-first", [False, False, True]), ("lsb-first", [True, False, False])]
-)
+@each(("order", "levels"), [("msb-first", [False, False, True]), ("lsb-first", [True, False, False])])
 def test_order_of_the_encoder_bits(make_adapter, order, levels) -> None:
     """Number 1: the published code has s3 high, Fig. 22 of the thesis s1."""
     adapter = _shown(make_adapter, _at(0.0185), encoder_order=order)

@@ -20,8 +20,8 @@ MS = 1_000_000
 US = 1_000
 
 
-@pytest.mark.parametrize(("high_reads", "level"), [(0, False), (2, False), (3, True), (5, True)])
-@pytest.mark.parametrize("early", [False, True])
+@each(("high_reads", "level"), [(0, False), (2, False), (3, True), (5, True)])
+@each("early", [False, True])
 def test_a_burst_has_a_majority(high_reads, level, early, pulse) -> None:
     wire, end_ns, spacing_ns = Wire(), 5 * MS, 2 * US
     reads_ns = [end_ns - number * spacing_ns for number in range(5)]
@@ -41,7 +41,7 @@ def test_majority_at_the_terminals(adapter, high_reads, code, pulse) -> None:
     assert adapter.told(CodesRead)[:1] == expected
 
 
-@pytest.mark.parametrize("order", ["lsb-first", "msb-first"])
+@each("order", ["lsb-first", "msb-first"])
 def test_bit_order_of_the_motor_words(make_adapter, order) -> None:
     adapter = make_adapter(motor_order=order)
     adapter.codes(1, 1)
@@ -99,7 +99,7 @@ def test_another_dead_time_and_window(make_adapter) -> None:
     assert 200 * MS < when_ns <= 210 * MS
 
 
-@pytest.mark.parametrize(("high_ns", "verdict"), [(5 * MS, False), (5 * MS + 1, True)])
+@each(("high_ns", "verdict"), [(5 * MS, False), (5 * MS + 1, True)])
 def test_more_than_half_of_the_window(high_ns, verdict, pulse) -> None:
     wire = Wire()
     pulse(wire, 3 * MS, 3 * MS + high_ns)
@@ -165,7 +165,7 @@ def test_held_in_reset_from_power_on(make_adapter) -> None:
     assert held.told(RobotConnected)
 
 
-@pytest.mark.parametrize(("level", "mode"), [(True, "bluepill"), (False, "gamepad")])
+@each(("level", "mode"), [(True, "bluepill"), (False, "gamepad")])
 def test_the_mode_pin_is_read_once_at_start(make_adapter, level, mode, pulse) -> None:
     adapter = make_adapter(mode="pin")
     adapter.put("mode", level)

@@ -8,6 +8,7 @@ import math
 import pytest
 
 from targets.parts.p2os_adapter import P2osAdapterSettings, Velocity, velocity_of_codes, wire_speeds
+from tests.each import each
 
 CODES = range(-4, 4)
 PUBLISHED = P2osAdapterSettings()
@@ -52,8 +53,8 @@ def test_integer_arithmetic_shows() -> None:
     assert wire_speeds(velocity_of_codes(3, 3, exact), exact) == (188, 0)
 
 
-@pytest.mark.parametrize("integer", [True, False])
-@pytest.mark.parametrize("difference", range(1, 8))
+@each("integer", [True, False])
+@each("difference", range(1, 8))
 def test_published_turning_is_eight_times_slower_than_two_wheels(difference, integer) -> None:
     left = -difference // 2
     right = left + difference

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.mcu.i2c_bus import I2cBus
 from targets.parts.at24c02 import At24c02, At24c02Settings, EepromWritten
 from targets.parts.testing import PartBench
+from tests.each import each
 
 MS = 1_000_000
 
@@ -88,7 +88,7 @@ def test_wp_keeps_everything_and_answers_at_once():
     assert rig.read(1) == b"\xff"
 
 
-@pytest.mark.parametrize("pins", [0, 5, 7])
+@each("pins", [0, 5, 7])
 def test_its_address(pins):
     rig = Rig(address_pins=pins)
     assert [address for address in range(0x48, 0x60) if rig.send(0, address=address)] == [0x50 | pins]

@@ -34,7 +34,7 @@ def step(part, volts=0.0, closed=1.0, speed=0.0):
     return part.before_step(0, 1)
 
 
-@pytest.mark.parametrize(
+@each(
     ("volts", "speed", "torque", "current"),
     [
         (6.0, 0.0, 0.08, 1.5),

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from targets.parts.distance_switch import DistanceSwitch, DistanceSwitched, DistanceSwitchSettings
 from targets.parts.testing import PartBench
+from tests.each import each
 
 STEP_NS = 4_000_000
 
@@ -32,7 +33,7 @@ def _levels(bench, count) -> list[bool]:
     return [bench.wires["out"].level_at(tick * STEP_NS) for tick in range(count)]
 
 
-@pytest.mark.parametrize(
+@each(
     ("profile", "threshold_m", "expected"),
     [("simulation", 0.5, [True, False, False]), ("robot", 1.0, [True, True, False])],
 )

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from targets.parts.gamepad import Gamepad, GamepadSettings, PadMapping, PadMoved, PadState, c_scale
 from targets.parts.testing import PartBench
+from tests.each import each
 
 PUBLISHED = PadMapping(trigger_mm_s=500, stick_mrad_s=1700)
 BOUNDS = st.integers(-1000, 1000)
@@ -23,7 +24,7 @@ def test_scaling_truncates_as_c_does(value, old_low, old_high, new_low, new_high
     assert c_scale(value, (old_low, old_high), (new_low, new_high)) == new_low + math.trunc(exact)
 
 
-@pytest.mark.parametrize(("trigger_mm_s", "speed_m_s"), [(400, 0.4), (500, 0.5)])
+@each(("trigger_mm_s", "speed_m_s"), [(400, 0.4), (500, 0.5)])
 def test_a_whole_trigger(trigger_mm_s, speed_m_s) -> None:
     mapping = PadMapping(trigger_mm_s=trigger_mm_s, stick_mrad_s=1700)
     assert mapping.speed_m_s(255, 0) == speed_m_s

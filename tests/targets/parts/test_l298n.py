@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from targets.parts import Ports
 from targets.parts.l298n import L298n, L298nOverload, L298nSettings, bridge_shares
 from targets.parts.testing import PartBench, Wire
+from tests.each import each
 
 MS = 1_000_000
 STEP_NS = 4_166_667
@@ -41,7 +42,7 @@ def driver():
     return lambda settings=NO_DROP: Made(settings)
 
 
-@pytest.mark.parametrize(
+@each(
     ("enable", "first", "second", "volts", "closed"),
     [
         (0, 0, 0, 0.0, 0.0),
@@ -75,8 +76,8 @@ def pulses(wire, period_ns, high_ns, until_ns):
         wire.set(False, start_ns + high_ns)
 
 
-@pytest.mark.parametrize("period_ns", [20 * MS, 50_000, 3 * MS])
-@pytest.mark.parametrize("duty", [0.1, 0.25, 0.5, 0.9])
+@each("period_ns", [20 * MS, 50_000, 3 * MS])
+@each("duty", [0.1, 0.25, 0.5, 0.9])
 def test_pulses_on_the_enable_add_up_whatever_their_period(driver, period_ns, duty):
     """At 50 Hz a pulse is longer than a step, so that one slice is all on and the next all off; the sum is exact."""
     made = driver().put(in1=1)
@@ -121,7 +122,7 @@ def test_shares_are_exact_and_do_not_depend_on_the_cuts(enable, first, second, c
         assert sum(pieces) == pytest.approx(total)
 
 
-@pytest.mark.parametrize(("load_a", "drop_v"), [(0.0, DROP_0_A), (0.5, 1.975), (1.0, 2.55), (2.0, 3.70)])
+@each(("load_a", "drop_v"), [(0.0, DROP_0_A), (0.5, 1.975), (1.0, 2.55), (2.0, 3.70)])
 def test_the_drop_is_the_data_sheet_s(driver, load_a, drop_v):
     made = driver(L298nSettings()).put(ena=1, in1=1)
     made.values |= {"load_a1": load_a / 2, "load_a2": load_a / 2}
@@ -152,14 +153,14 @@ def test_a_pulse_carries_more_than_the_mean(driver):
     assert made.out(steps=80)["out_a"] == pytest.approx((SUPPLY_V - 3.70) / 4, rel=0.01)
 
 
-@pytest.mark.parametrize(("second", "drawn_a"), [(0, 0.8), (1, 0.0)])
+@each(("second", "drawn_a"), [(0, 0.8), (1, 0.0)])
 def test_what_drives_comes_from_the_supply_and_what_brakes_does_not(driver, second, drawn_a):
     made = driver().put(ena=1, in1=1, in2=second)
     made.values |= {"load_a1": 0.5, "load_a2": 0.3}
     assert made.out(steps=3)["current"] == pytest.approx(drawn_a)
 
 
-@pytest.mark.parametrize(("first", "drawn_a"), [(1, 0.0), (0, 0.5)])
+@each(("first", "drawn_a"), [(1, 0.0), (0, 0.5)])
 def test_nothing_goes_back_into_the_supply(driver, first, drawn_a):
     made = driver().put(ena=1, in1=first, in2=1 - first)
     made.values["load_a1"] = -0.5

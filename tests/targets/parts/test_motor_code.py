@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from targets.parts.motor_code import MotorCode, MotorCodeSettings, MotorWord
 from targets.parts.testing import PartBench
 from targets.parts.words import bits_of, signed
+from tests.each import each
 
 MS = 1_000_000
 STEP_NS = 4 * MS
@@ -24,8 +25,8 @@ def _put(bench, word, ns, order="lsb-first") -> None:
         bench.wires[name].set(level, ns)
 
 
-@pytest.mark.parametrize("order", ["lsb-first", "msb-first"])
-@pytest.mark.parametrize("word", range(8))
+@each("order", ["lsb-first", "msb-first"])
+@each("word", range(8))
 def test_each_word_is_published_raw_and_drives_by_its_code(word, order) -> None:
     bench = _bench(bit_order=order)
     _put(bench, word, 0, order)
@@ -85,7 +86,7 @@ def test_the_mean_is_the_time_average_of_the_codes(pieces, order) -> None:
     assert total == pytest.approx(way * 0.0625, abs=1e-3)
 
 
-@pytest.mark.parametrize(("reads", "raw"), [("pins", 0), ("odr", 3)])
+@each(("reads", "raw"), [("pins", 0), ("odr", 3)])
 def test_pins_left_as_inputs_publish_only_by_their_latch(reads, raw) -> None:
     """The original reads the output data register even of pins that are inputs."""
     bench = _bench(reads=reads)

@@ -37,7 +37,7 @@ def test_every_setting_has_a_unit_and_a_source(kind: str) -> None:
         setattr(settings, dataclasses.fields(settings)[0].name, 0)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if part_class(kind).BUSES])
+@each("kind", [kind for kind in KINDS if part_class(kind).BUSES])
 def test_a_part_answers_on_its_bus_at_the_address_that_it_says(kind: str) -> None:
     found = part_class(kind)
     field = next(field for field in dataclasses.fields(found.Settings) if field.name == found.ADDRESSED_BY)

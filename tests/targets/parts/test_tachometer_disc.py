@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from targets.parts import Ports
 from targets.parts.tachometer_disc import TachometerDisc, TachometerSettings
 from targets.parts.testing import Wire
+from tests.each import each
 
 STEP_NS = 4_166_667
 S = 1_000_000_000
@@ -40,7 +41,7 @@ def falls(disc):
     return [ns for ns, level in disc.wire.edges[1:] if level is False]
 
 
-@pytest.mark.parametrize("slots", [20, 32, 1])
+@each("slots", [20, 32, 1])
 def test_one_turn_has_a_falling_edge_for_each_slot(slots):
     for speed in (math.tau, -math.tau):
         disc = turned(TachometerSettings(slots=slots), steady(speed, 1e-6), [0, S])

@@ -10,6 +10,7 @@ from targets.parts.testing import PartBench
 from targets.parts.w25q import W25q
 from targets.parts.w25q.array import Array
 from targets.parts.w25q.w25q import FlashChanged, FlashIgnored, W25qSettings
+from tests.each import each
 
 WREN, READ, PROGRAM, STATUS, SECTOR = 0x06, 0x03, 0x02, 0x05, 0x20
 BYTE_NS = 1000
@@ -69,7 +70,7 @@ def rig():
     return Rig()
 
 
-@pytest.mark.parametrize(("megabits", "identity"), [(32, "ef4016"), (64, "ef4017"), (128, "ef4018")])
+@each(("megabits", "identity"), [(32, "ef4016"), (64, "ef4017"), (128, "ef4018")])
 def test_who_it_is(megabits, identity):
     rig = Rig(megabits=megabits)
     assert rig.transfer(0x9F, read=3).hex() == identity
@@ -120,7 +121,7 @@ def test_erasing(rig, code, size):
     assert data[3 * size - 1] == data[4 * size] == 0
 
 
-@pytest.mark.parametrize("code", [0xC7, 0x60])
+@each("code", [0xC7, 0x60])
 def test_erasing_all_takes_its_seconds(code):
     rig = Rig(megabits=32, chip_erase_s=10.0)
     rig.flash.array.data[:] = bytes(len(rig.flash.array.data))

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import pytest
-
 from targets.parts.words import bits_of, signed, word_of
+from tests.each import each
 
 TABLE = {0b000: 0, 0b001: 1, 0b010: 2, 0b011: 3, 0b100: -4, 0b101: -3, 0b110: -2, 0b111: -1}
 """comm3 comm2 comm1 and the code (bachelor-thesis, Fig. 22)."""
@@ -14,8 +13,8 @@ def test_codes_are_twos_complement() -> None:
     assert {word: signed(word) for word in range(8)} == TABLE
 
 
-@pytest.mark.parametrize("order", ["lsb-first", "msb-first"])
-@pytest.mark.parametrize("word", range(8))
+@each("order", ["lsb-first", "msb-first"])
+@each("word", range(8))
 def test_levels_and_words_are_inverse(order, word) -> None:
     assert word_of(bits_of(word, order), order) == word
 

@@ -26,6 +26,7 @@ from targets.robots.car_host import (
     CarState,
     behaviour_of,
 )
+from tests.each import each
 
 MS = 1_000_000
 F1, F2 = VECTORS["F1"].data, VECTORS["F2"].data
@@ -63,7 +64,7 @@ def test_commands_reach_the_car():
     assert len(line.commanded()) == 2
 
 
-@pytest.mark.parametrize(
+@each(
     ("settings", "sign"),
     [({}, 1), ({"signs": "original"}, -1), ({"signs": "ros"}, 1)],
 )

@@ -9,11 +9,12 @@ import pytest
 from protocols.carla import BAUD
 from targets.robots.deferred import deferred
 from targets.robots.vehicle_interface import LINE_BAUD
+from tests.each import each
 
 PACKAGES = ("rover", "vehicle_interface", "car_host")
 
 
-@pytest.mark.parametrize("package", PACKAGES)
+@each("package", PACKAGES)
 def test_every_name_that_is_offered_is_there(package):
     module = importlib.import_module(f"targets.robots.{package}")
     for name in module.__all__:
@@ -21,7 +22,7 @@ def test_every_name_that_is_offered_is_there(package):
         assert name in vars(module)  # the next time it is found at once
 
 
-@pytest.mark.parametrize("package", PACKAGES)
+@each("package", PACKAGES)
 def test_other_names_are_not_there(package):
     module = importlib.import_module(f"targets.robots.{package}")
     with pytest.raises(AttributeError, match=f"module 'targets.robots.{package}' has no attribute 'nothing'"):

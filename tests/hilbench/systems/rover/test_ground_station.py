@@ -28,6 +28,7 @@ from protocols.pkt import (
     Schema,
 )
 from targets.robots.rover import RoverRobot, RoverSettings
+from tests.each import each
 
 
 @pytest.fixture
@@ -112,7 +113,7 @@ def test_the_led(make):
     assert not there.robot.lit
 
 
-@pytest.mark.parametrize("profile", ["g0", "term-doc"])
+@each("profile", ["g0", "term-doc"])
 def test_rovers_of_the_first_schema_are_driven_by_voltages(make, profile):
     there = make(profile)
     there.station.connect()

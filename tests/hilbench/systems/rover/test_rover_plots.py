@@ -34,6 +34,7 @@ def test_the_record_has_what_the_page_says_in_words():
     assert RECORD["steps"].keys() == {step.name for step in STEPS}
 
 
+@pytest.mark.exhaustive("draws the pictures of a page, twice")
 def test_pictures_are_drawn_from_it():
     pytest.importorskip("matplotlib", reason="matplotlib comes with the extra 'plots'")
     from measure.rover_plots.pictures import pictures

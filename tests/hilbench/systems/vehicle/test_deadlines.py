@@ -12,6 +12,7 @@ from measure.deadlines.pages import page, picture
 from measure.deadlines.rigs import RIGS, model_rig
 from measure.deadlines.spread import spread_of
 from protocols.carla.states import DEADLINES
+from tests.each import each
 
 DOCS = Path(__file__).parents[4] / "docs"
 
@@ -37,7 +38,7 @@ def off(samples):
     return found
 
 
-@pytest.mark.parametrize("profile", ["hardened", "v0"])
+@each("profile", ["hardened", "v0"])
 def test_the_models_keep_their_deadlines(profile):
     assert off(samples_of(profile)) == set()
 

@@ -7,6 +7,7 @@ import struct
 import pytest
 
 from protocols.pkt import FrameReader, decode_report, encode_frame
+from tests.each import each
 
 LED_ON = bytes.fromhex("504B54210101F1D10A")
 LED_OFF = bytes.fromhex("504B54210102C1B20A")
@@ -171,7 +172,7 @@ def test_silence_stops_the_speed_controllers_too(rover):
     assert motion(chip).setpoints_rpm == (0.0, 0.0)
 
 
-@pytest.mark.parametrize("image", ["rover-g2", "rover-no-link-timeout"])
+@each("image", ["rover-g2", "rover-no-link-timeout"])
 def test_silence_is_not_noticed(rover, image):
     assert rover(image, sensors=False).write(THROTTLES).run(10).motors == [0.5, -0.25]
 

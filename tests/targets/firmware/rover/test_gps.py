@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocols.pkt import FrameReader
+from tests.each import each
 from tests.share import examples
 
 PLACE = "3437.05000,S,05822.09800,W"  # 34.6175 S, 58.3683 W
@@ -36,7 +37,7 @@ def position(rover, *, image="rover"):
     return payload[1], *struct.unpack_from("<ff", payload, 4)
 
 
-@pytest.mark.parametrize("text", [gga(), rmc(), gga(talker="GN"), rmc(talker="GN"), gga(quality=2)])
+@each("text", [gga(), rmc(), gga(talker="GN"), rmc(talker="GN"), gga(quality=2)])
 def test_a_position(rover, text):
     assert position(rover().hear(text)) == (1, pytest.approx(-34.6175, abs=4e-6), pytest.approx(-58.3683, abs=4e-6))
 
@@ -51,12 +52,12 @@ def test_longitude_first(rover):
     assert position(heard)[1:] == (pytest.approx(-58.3683, abs=4e-6), pytest.approx(-34.6175, abs=4e-6))
 
 
-@pytest.mark.parametrize("image", ["rover-g2", "rover-no-gps"])
+@each("image", ["rover-g2", "rover-no-gps"])
 def test_no_position_ever(rover, image):
     assert position(rover(image).hear(gga()))[1:] == (0.0, 0.0)
 
 
-@pytest.mark.parametrize(
+@each(
     "text",
     [
         gga(quality=0),

@@ -16,6 +16,7 @@ from targets.mcu.image import limits_for, load_image
 from targets.mcu.machine import Machine
 from targets.mcu.pins import Source
 from targets.mcu.serial_line import SerialFormat
+from tests.each import each
 
 BOARD = built_in_board("nucleo-f767zi")
 FORMAT = SerialFormat.parse("8N1")
@@ -162,7 +163,7 @@ def test_reports_come_at_their_ticks(on_board):
     assert {one: counts.count(one) for one in set(counts)} == {0x80: 10, 0x83: 12, 0x82: 3, 0x84: 3}
 
 
-@pytest.mark.parametrize("name", ["rover", "rover-dma"])
+@each("name", ["rover", "rover-dma"])
 def test_it_answers_and_lights_the_led(on_board, name):
     """At once, not at the next tick."""
     board = on_board(name).run(0.205)
@@ -229,9 +230,7 @@ def test_other_rates_and_other_frames(on_board):
     assert bytes(term.sent) == bytes.fromhex("504B5421800000000033DC0A")
 
 
-@pytest.mark.parametrize(
-    ("name", "first_s", "periodic"), [("rover", 0.0, 4), ("rover-slow-start", 0.955, 1), ("rover-g2", 0.955, 1)]
-)
+@each(("name", "first_s", "periodic"), [("rover", 0.0, 4), ("rover-slow-start", 0.955, 1), ("rover-g2", 0.955, 1)])
 def test_the_first_word(on_board, name, first_s, periodic):
     """What comes before is kept, and answered then."""
     board = on_board(name).run(0.1).say(REQUEST).run(1.0)
@@ -298,7 +297,7 @@ def test_throttles_at_the_pins(on_board):
         assert board.mean("PE10") == pytest.approx(abs(right), abs=0.001)
 
 
-@pytest.mark.parametrize(("name", "period_s"), [("rover", 0.02), ("rover-pwm-1khz", 0.001)])
+@each(("name", "period_s"), [("rover", 0.02), ("rover-pwm-1khz", 0.001)])
 def test_the_period_of_the_motors(on_board, name, period_s):
     board = on_board(name).run(0.1).say(throttles(0.5, 0.5)).run(0.05)
     for pin in ("PB11", "PE10"):

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocols.pkt import FrameReader, decode_report
+from tests.each import each
 from tests.share import examples
 
 LEFT_FRONT, RIGHT_FRONT, LEFT_BACK, RIGHT_BACK = range(4)
@@ -67,7 +68,7 @@ def test_a_wheel_that_stops_is_as_slow_as_its_last_slot_is_old(rover):
     assert bench.report.rpm == (0.0,) * 4
 
 
-@pytest.mark.parametrize("image", ["rover-rpm-held", "rover-g2"])
+@each("image", ["rover-rpm-held", "rover-g2"])
 def test_a_wheel_that_stops_goes_on_being_shown_for_a_second(rover, image):
     bench = Bench(rover, image).turn(100, 0.5)
     bench.chip.run(0.95)

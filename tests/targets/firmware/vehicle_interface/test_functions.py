@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from protocols import autoware, carla
 from protocols.carla.joystick import manual_command
 from protocols.carla.reading import LiveParser, StreamReader
+from tests.each import each
 from tests.targets.firmware.calls import Code
 
 MS = 1_000_000
@@ -83,7 +84,7 @@ def test_what_is_plausible(vehicle, status):
     assert bool(vehicle.call("status_plausible", at)) == (fault is None)
 
 
-@pytest.mark.parametrize("name", ["F1", "F2", "F3"])
+@each("name", ["F1", "F2", "F3"])
 def test_the_commands_of_the_document(vehicle, name):
     command = carla.decode_command(carla.VECTORS[name].data)
     action = vehicle.put(struct.pack("<5fB", *[getattr(command, slot) for slot in carla.CommandFrame.__slots__]))

@@ -24,6 +24,7 @@ def test_a_library_of_the_sources_beside_it_is_taken_as_it_is(checkout):
     assert not checkout.compiled.exists()
 
 
+@pytest.mark.exhaustive("compiles the library; the gate does where four processes begin together")
 def test_after_a_change_of_the_sources_it_is_compiled_once_and_that_is_said(checkout):
     digest = checkout.change_a_source()
     code, out, err = checkout.run(*LOAD)

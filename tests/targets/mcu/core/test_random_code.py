@@ -47,7 +47,7 @@ def execute(program, seed, instructions):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.mark.slow("compiles the emulated CPU with sanitizers")
+@pytest.mark.exhaustive("compiles the emulated CPU with sanitizers; the gate has random code beside Unicorn")
 def test_random_code_finds_nothing(compiled):
     execute(compiled, 1, 200_000)
 

@@ -7,6 +7,7 @@ import pytest
 from targets.mcu.cortexm.exceptions import Number
 from targets.mcu.cortexm.kinds import CORTEX_M3
 from targets.mcu.engine.api import FaultKind, FloatAccess, Reg
+from tests.each import each
 
 FPCA, SPSEL, NPRIV = 4, 2, 1
 ASPEN, LSPEN, LSPACT, USER, THREAD, HFRDY, MMRDY, BFRDY, MONRDY = (1 << bit for bit in (31, 30, 0, 1, 3, 4, 5, 6, 8))
@@ -368,7 +369,7 @@ class TestAccess:
         rig.exit()
         assert rig.core.last_fault.causes == ("NOCP",)
 
-    @pytest.mark.parametrize("exc_return", [0xFFFF_FFE1, 0xFFFF_FFE9, 0xFFFF_FFED])
+    @each("exc_return", [0xFFFF_FFE1, 0xFFFF_FFE9, 0xFFFF_FFED])
     def test_a_core_without_floating_point_has_no_such_frames(self, make_rig, exc_return):
         rig = make_rig(CORTEX_M3)
         enter(rig)

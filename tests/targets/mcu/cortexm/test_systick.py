@@ -61,13 +61,13 @@ def start(bench, load, control, value=True):
 def test_period_is_load_plus_one(bench):
     start(bench, 71_999, ENABLE | TICKINT | HCLK)
     ticks = []
-    for cycle in range(1, 5 * 72_000 + 2):
+    for cycle in range(1, 2 * 72_000 + 2):
         due = bench.next_cycle == cycle
         bench.advance(1)
         assert bench.taken() is due
         if due:
             ticks.append(cycle)
-    assert ticks == [72_000 * k for k in range(1, 6)]
+    assert ticks == [72_000, 144_000]
 
 
 def test_sequence_from_zero(bench):

@@ -16,6 +16,7 @@ from targets.mcu.cortexm.kinds import CORTEX_M3, CORTEX_M7
 from targets.mcu.engine.api import FaultKind, Reg
 from targets.mcu.engine.core_engine import CoreEngine
 from targets.mcu.engine.timing import make_timing
+from tests.each import each
 from tests.targets.mcu.differential import encodings, encodings_m7
 from tests.targets.mcu.differential.encodings import parse
 
@@ -96,7 +97,7 @@ def filled(encoding, decode, rng, count):
     return found
 
 
-@pytest.mark.parametrize("model", KINDS)
+@each("model", KINDS)
 def test_every_encoding_is_executed_by_the_core_that_has_it(model):
     rng = random.Random(1)
     codes = {encoding.name: filled(encoding, DECODERS[model], rng, 5) for encoding in ENCODINGS[model]}
@@ -145,7 +146,7 @@ def test_no_row_of_the_core_hides_behind_another():
     assert [row[4] for row in rows if not comes_first(row)] == []
 
 
-@pytest.mark.parametrize(("model", "begin", "step"), [("M3", 0, 2), ("M3", 1, 2), ("M7", 0, 7)])
+@each(("model", "begin", "step"), [("M3", 0, 2), ("M3", 1, 2), ("M7", 0, 7)])
 def test_all_of_16_bits(model, begin, step):
     """Both cores have the same of them, so of one of them a part will do."""
     codes = [(half, NOP) for half in range(begin, 0x1_0000, step) if not encodings.is_wide(half)]
@@ -167,7 +168,7 @@ def check_wide(model, seed, count):
     assert not shown(halves for halves, is_undefined in zip(codes, verdicts, strict=True) if not is_undefined)
 
 
-@pytest.mark.parametrize("model", KINDS)
+@each("model", KINDS)
 def test_what_fits_none_is_undefined(model):
     check_wide(model, 1, 5000)
 

@@ -12,6 +12,7 @@ import pytest
 from targets.mcu.engine.api import Reg
 from targets.mcu.engine.core_engine import CoreEngine
 from targets.mcu.engine.timing import make_timing
+from tests.each import each
 
 CODE, RAM = 0x0800_0100, 0x2000_0000
 NOP = 0xBF00
@@ -132,7 +133,7 @@ def test_sums(core):
 
 
 # RSBS.W r0, r1, #255
-@pytest.mark.parametrize(
+@each(
     ("r1", "result", "flags"), [(255, 0, "nZCvq"), (256, ONES, "Nzcvq"), (MIN, 0x8000_00FF, "NzcVq"), (0, 255, "nzCvq")]
 )
 def test_reverse_subtraction(core, r1, result, flags):
@@ -179,7 +180,7 @@ SHIFTS = [
 ]
 
 
-@pytest.mark.parametrize("wide", [False, True], ids=["16 bits", "32 bits"])
+@each("wide", [False, True])
 def test_shifts_by_register(core, wide):
     for half, amount, value, carry, result, flags in SHIFTS:
         kind = {LSLS: 0, LSRS: 1, ASRS: 2, RORS: 3}[half]
@@ -301,7 +302,7 @@ SATURATIONS = [
 ]
 
 
-@pytest.mark.parametrize(("halves", "value", "result", "saturated"), SATURATIONS)
+@each(("halves", "value", "result", "saturated"), SATURATIONS)
 def test_saturation(core, halves, value, result, saturated):
     core.execute(*halves, r1=value, flags="NzCvq")
     assert (core.r0, core.flags) == (result, "NzCvQ" if saturated else "NzCvq")
@@ -336,7 +337,7 @@ PRODUCTS = [
 ]
 
 
-@pytest.mark.parametrize(("halves", "before", "after"), PRODUCTS)
+@each(("halves", "before", "after"), PRODUCTS)
 def test_products(core, halves, before, after):
     r0, r1, r2, r3 = before
     core.execute(*halves, r0=r0, r1=r1, r2=r2, r3=r3, flags="NzCvQ")
@@ -357,7 +358,7 @@ FIELDS = [
 ]
 
 
-@pytest.mark.parametrize(("halves", "r0", "r1", "result"), FIELDS)
+@each(("halves", "r0", "r1", "result"), FIELDS)
 def test_fields(core, halves, r0, r1, result):
     core.execute(*halves, r0=r0, r1=r1)
     assert core.r0 == result
@@ -389,14 +390,14 @@ def written(flags):
     return "".join(letter if flag else letter.lower() for letter, flag in zip("NZCV", flags, strict=True)) + "q"
 
 
-@pytest.mark.parametrize("condition", CONDITIONS)
+@each("condition", CONDITIONS)
 def test_conditions_of_it(core, condition):
     for flags in ALL_FLAGS:
         core.execute(0xBF08 | condition << 4, 0x2001, NOP, flags=written(flags), instructions=2)
         assert core.r0 == bool(CONDITIONS[condition](*flags)), flags
 
 
-@pytest.mark.parametrize("condition", list(CONDITIONS)[:-1])
+@each("condition", list(CONDITIONS)[:-1])
 def test_conditions_of_branches(core, condition):
     narrow, wide = (0xD002 | condition << 8,), (0xF000 | condition << 6, 0x8002)  # to 8 bytes from here
     for flags in ALL_FLAGS:
@@ -421,7 +422,7 @@ def test_masks_of_it(core, mask, letters, holds):
     assert core.r4 == 1
 
 
-@pytest.mark.parametrize("holds", [True, False])
+@each("holds", [True, False])
 def test_a_mask_with_an_odd_condition_is_the_other_way_round(core, holds):
     """ITETE NE is BF15 where ITETE EQ is BF0B."""
     core.execute(0xBF15, 0x2001, 0x2101, 0x2201, 0x2301, flags="nzcvq" if holds else "nZcvq", instructions=3)
@@ -431,7 +432,7 @@ def test_a_mask_with_an_odd_condition_is_the_other_way_round(core, holds):
 # --- PC, memory, stack
 
 
-@pytest.mark.parametrize(
+@each(
     ("halves", "expected"),
     [
         ([0xA000], CODE + 4),  # adr r0, .+4: PC rounded down to a word
@@ -448,7 +449,7 @@ def test_what_pc_reads_as(core, halves, expected):
     assert core.r0 == expected
 
 
-@pytest.mark.parametrize(
+@each(
     ("halves", "registers", "expected"),
     [
         ([0x6808], {}, {"r0": 0x8382_8180}),  # ldr r0, [r1]
@@ -474,7 +475,7 @@ def test_loads(core, halves, registers, expected):
     assert {name: getattr(core, name) for name in expected} == expected
 
 
-@pytest.mark.parametrize(
+@each(
     ("halves", "first", "expected", "base"),
     [
         ([0x6008], 0x100, [0xA0A1_A2A3], 0x100),  # str r0, [r1]
@@ -501,7 +502,7 @@ def test_push_stores_the_lowest_register_lowest(core):
     assert core.sp == RAM + 0x74
 
 
-@pytest.mark.parametrize(
+@each(
     ("halves", "index", "target"),
     [
         ([0xE8DF, 0xF001, 0x0402], 0, 4 + 2 * 2),  # tbb [pc, r1]
@@ -514,7 +515,7 @@ def test_table_branches(core, halves, index, target):
     assert core.pc == CODE + target
 
 
-@pytest.mark.parametrize(
+@each(
     ("halves", "r0", "taken"), [([0xB108], 0, True), ([0xB108], 1, False), ([0xB908], 0, False), ([0xB908], MIN, True)]
 )
 def test_compare_and_branch(core, halves, r0, taken):
@@ -523,7 +524,7 @@ def test_compare_and_branch(core, halves, r0, taken):
     assert core.flags == "NZCVQ"
 
 
-@pytest.mark.parametrize(
+@each(
     ("halves", "status", "word"),
     [
         ([0xE841, 0x2000], 1, 0xEEEE_EEEE),  # strex without ldrex stores nothing
@@ -539,9 +540,9 @@ def test_exclusive_stores(core, halves, status, word):
     assert core.words(0x100, 1) == [word]
 
 
-@pytest.mark.parametrize("place", [0, 1, 2, 3])
-@pytest.mark.parametrize("flags", ["nZcvq", "nzcvq"])
-@pytest.mark.parametrize("mask", [0b1001, 0b0101, 0b1111, 0b0001])
+@each("place", [0, 1, 2, 3])
+@each("flags", ["nZcvq", "nzcvq"])
+@each("mask", [0b1001, 0b0101, 0b1111, 0b0001])
 def test_isb_within_an_it_block(core, place, flags, mask):
     """It is executed or not, and the block goes on: after one, two or three of adds r0; adds r1; adds r2, #1."""
     sums = [0x3001, 0x3101, 0x3201]
@@ -564,13 +565,13 @@ def test_isb_that_is_no_longer_in_an_it_block(core):
 # --- special registers
 
 
-@pytest.mark.parametrize("number", [8, 9])  # MSP, PSP
+@each("number", [8, 9])  # MSP, PSP
 def test_msr_writes_no_low_bits_of_a_stack_pointer(core, number):
     core.execute(0xF381, 0x8800 | number, 0xF3EF, 0x8000 | number, r1=RAM + 0x83)  # msr, mrs r0
     assert core.r0 == RAM + 0x80
 
 
-@pytest.mark.parametrize(
+@each(
     ("number", "before", "written", "after"),
     [
         (17, 0, 0x4F, 0x40),  # BASEPRI

@@ -16,6 +16,7 @@ from targets.mcu.cortexm.kinds import CORTEX_M7
 from targets.mcu.engine.api import Reg
 from targets.mcu.engine.core_engine import CoreEngine
 from targets.mcu.engine.timing import make_timing
+from tests.each import each
 
 CODE = 0x0800_0100
 MIN, MAX, ONES = 0x8000_0000, 0x7FFF_FFFF, 0xFFFF_FFFF
@@ -120,7 +121,7 @@ SINGLES = [
 ]
 
 
-@pytest.mark.parametrize(("code", "modes", "a", "b", "result", "flags"), SINGLES)
+@each(("code", "modes", "a", "b", "result", "flags"), SINGLES)
 def test_single_precision(core, code, modes, a, b, result, flags):
     floats = core.execute(*code, singles=[a, b], fpscr=modes)
     assert (hex(floats[2]), floats[32]) == (hex(result), modes | flags)
@@ -155,7 +156,7 @@ def nearest_single(exact):
     return float(round(exact / step) * step)
 
 
-@pytest.mark.parametrize(
+@each(
     ("code", "formula"),
     [
         ((0xEEA0, 0x1A20), lambda d, n, m: d + n * m),  # vfma.f32 s2, s0, s1
@@ -192,7 +193,7 @@ def test_products_that_are_not_fused_round_twice(core):
 LESS, EQUAL, GREATER, UNORDERED = 0x8000_0000, 0x6000_0000, 0x2000_0000, 0x3000_0000
 
 
-@pytest.mark.parametrize(
+@each(
     ("code", "a", "b", "flags"),
     [
         ((0xEEB4, 0x0A60), single(1.0), single(2.0), LESS),  # vcmp.f32 s0, s1
@@ -210,7 +211,7 @@ def test_comparison(core, code, a, b, flags):
     assert core.xpsr & 0xF000_0000 == flags & 0xF000_0000
 
 
-@pytest.mark.parametrize(
+@each(
     ("condition", "flags", "first"),
     [
         *((0, EQUAL, True), (0, LESS, False), (1, UNORDERED, True), (1, LESS, False)),
@@ -231,7 +232,7 @@ S32R = (0xEEBD, 0x1A40)  # vcvtr.s32.f32
 VCVTA, VCVTN, VCVTP, VCVTM = ((first, 0x1AC0) for first in (0xFEBC, 0xFEBD, 0xFEBE, 0xFEBF))
 
 
-@pytest.mark.parametrize(
+@each(
     ("code", "modes", "value", "result", "flags"),
     [
         (S32, UP, 2.7, 2, IXC),
@@ -263,7 +264,7 @@ def test_a_nan_is_no_integer(core):
     assert core.execute(*S32, singles=[QNAN])[2::30] == [0, IOC]
 
 
-@pytest.mark.parametrize(
+@each(
     ("code", "value", "result", "flags"),
     [
         ((0xFEB8, 0x1A40), 2.5, 3.0, 0),  # vrinta.f32 s2, s0: inexact is not signalled
@@ -280,7 +281,7 @@ def test_to_integral(core, code, value, result, flags):
     assert core.execute(*code, singles=[single(value)])[2::30] == [single(result), flags]
 
 
-@pytest.mark.parametrize(
+@each(
     ("halves", "before", "after", "flags"),
     [
         ((0xEEB3, 0x0A60), [0xAAAA_AAAA, single(1.0)], 0xAAAA_3C00, 0),  # vcvtb.f16.f32 s0, s1
@@ -300,7 +301,7 @@ def test_alternative_half_precision_has_no_infinity(core):
     assert core.execute(0xEEB3, 0x0A60, singles=[0, single(65536.0)], fpscr=AHP)[0] == 0x7C00
 
 
-@pytest.mark.parametrize(
+@each(
     ("halves", "before", "after", "flags"),
     [
         ((0xEEBA, 0x0AE8), -256 & ONES, single(-256 / 2**15), 0),  # vcvt.f32.s32 s0, s0, #15
@@ -327,7 +328,7 @@ def test_between_sizes(core):
 GE, Q = 0x000F_0000, 1 << 27
 
 
-@pytest.mark.parametrize(
+@each(
     ("code", "r1", "r2", "r0", "flags"),
     [
         ((0xFA81, 0xF002), 0x7F80_01FF, 0x0180_0101, 0x8000_0200, 0xB),  # sadd8 r0, r1, r2: GE of sums not below 0
@@ -360,7 +361,7 @@ def test_dsp(core, code, r1, r2, r0, flags):
     assert core.xpsr & (GE | Q) == (flags if flags == Q else flags << 16)
 
 
-@pytest.mark.parametrize("ge", range(16))
+@each("ge", range(16))
 def test_sel(core, ge):
     core.execute(0xFAA1, 0xF082, r1=0x1111_1111, r2=0x2222_2222, xpsr=ge << 16)
     assert core.r0 == sum((0x11 if ge >> lane & 1 else 0x22) << 8 * lane for lane in range(4))
@@ -376,7 +377,7 @@ def test_long_products(core):
 # --- fixed point
 
 
-@pytest.mark.parametrize("fpscr", [TO_NEAREST, UP, DOWN, TO_ZERO])
+@each("fpscr", [TO_NEAREST, UP, DOWN, TO_ZERO])
 def test_fixed_point_becomes_single_by_rounding_to_nearest(core, fpscr):
     """Whatever FPSCR.RMode says: VCVT calls FixedToFP with round_to_nearest (chapter A7.7)."""
     assert core.execute(0xEEBA, 0x0AC8, singles=[0x0100_0001], fpscr=fpscr)[0] == single(2.0**24 / 2**16)

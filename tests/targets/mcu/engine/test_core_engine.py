@@ -8,6 +8,7 @@ import pytest
 
 from targets.mcu.engine.api import FaultKind, Reg, StopKind
 from targets.mcu.errors import BusFault
+from tests.each import each
 
 NOP, WFI, WFE, YIELD, SEV, HANG = 0xBF00, 0xBF30, 0xBF20, 0xBF10, 0xBF40, 0xE7FE
 LDR_R0_R1, STR_R0_R1, STR_R0_R1_4, ADDS_R0, BX_R1 = 0x6808, 0x6008, 0x6048, 0x3001, 0x4708
@@ -115,8 +116,8 @@ class TestItBlocks:
         machine.run(20)  # a store to flash ends a slice
         assert [machine.engine.get(reg) for reg in (Reg.R3, Reg.R6, Reg.R7)] == [1, 1, 1]
 
-    @pytest.mark.parametrize("z", [True, False])
-    @pytest.mark.parametrize("mask", [0x4, 0xC, 0x2, 0x6, 0xA, 0xE, 0x1, 0xF, 0x5])
+    @each("z", [True, False])
+    @each("mask", [0x4, 0xC, 0x2, 0x6, 0xA, 0xE, 0x1, 0xF, 0x5])
     def test_no_slice_ends_inside(self, make, mask, z):
         length = 4 - (mask & -mask).bit_length() + 1
 

@@ -16,6 +16,7 @@ from targets.mcu.engine.counted import CountedLoops
 from targets.mcu.image import Image, Segment
 from targets.mcu.machine import Machine
 from targets.mcu.symbols import NO_SYMBOLS
+from tests.each import each
 from tests.share import examples, matrix
 from tests.targets.mcu.engine.thumb_code import BASE, BASE_REGISTER, OTHER_REGISTER, stretches
 
@@ -198,8 +199,8 @@ WAITS_FOR_PA3 = {
 }
 
 
-@pytest.mark.parametrize("timing", ["flat", "table"])
-@pytest.mark.parametrize("loop", WAITS_FOR_PA3)
+@each("timing", ["flat", "table"])
+@each("loop", WAITS_FOR_PA3)
 def test_a_pin_is_waited_for_beside_pwm_that_nobody_watches(loop, timing):
     registers = (OTHER_REGISTER, GPIOA + 8), (5, 8)
     options = {"timing": timing, "registers": registers, "setup": PWM}

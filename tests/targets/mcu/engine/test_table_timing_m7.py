@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import struct
 
-import pytest
-
 from targets.mcu.cortexm.kinds import CORTEX_M3, CORTEX_M7
 from targets.mcu.engine.api import Reg
 from targets.mcu.engine.core_engine import CoreEngine
@@ -65,7 +63,7 @@ def test_instructions(halves, cycles):
     assert cycles_of(halves) == cycles
 
 
-@pytest.mark.parametrize("halves", [(0xE000,), (0xF000, 0xB801), (0xF000, 0xF801)])  # b, b.w, bl
+@each("halves", [(0xE000,), (0xF000, 0xB801), (0xF000, 0xF801)])  # b, b.w, bl
 def test_a_branch_taken_takes_one_more(halves):
     assert cycles_of(halves) == 2
 
@@ -77,6 +75,6 @@ def test_flat_is_faster_and_wait_states_hardly_show():
     assert 8000 < m7.timing.cycle(10_000) < 9000
 
 
-@pytest.mark.parametrize(("halves", "cycles"), [((0xE000,), 2), ((0x4800,), 1)])  # b, ldr r0, [pc]
+@each(("halves", "cycles"), [((0xE000,), 2), ((0x4800,), 1)])  # b, ldr r0, [pc]
 def test_the_table_does_not_know_wait_states(halves, cycles):
     assert cycles_of(halves, wait_states=7) == cycles

@@ -23,7 +23,7 @@ def configure(pinout, number, how, letter="K"):
         poke(port, register, peek(port, register) & ~field | value << width * number)
 
 
-@settings(max_examples=examples(300), deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(script=actions(CONFIGURATIONS), letter=st.sampled_from("CK"))
 def test_a_port_is_the_same_whether_somebody_looks_at_its_pins(make_pinout, script, letter):
     """Port C has sixteen pins, port K eight, and the package none of them."""

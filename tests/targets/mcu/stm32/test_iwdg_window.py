@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.mcu.stm32.iwdg import Iwdg
 from targets.mcu.testing import FakeChip, peek, poke
+from tests.each import each
 
 LSI_HZ = 32_000
 UPDATE_S = Fraction(5, LSI_HZ)
@@ -50,7 +50,7 @@ def test_without_a_window_there_is_no_such_register():
 
 
 # RM0410 table "Min/max IWDG timeout period at 32 kHz (LSI)"
-@pytest.mark.parametrize(("prescaler", "shortest_ms", "longest_ms"), [(0, "0.125", 512), (3, 1, 4096), (6, 8, 32768)])
+@each(("prescaler", "shortest_ms", "longest_ms"), [(0, "0.125", 512), (3, 1, 4096), (6, 8, 32768)])
 def test_timeouts(prescaler, shortest_ms, longest_ms):
     for reload, timeout_ms in ((0, shortest_ms), (0xFFF, longest_ms)):
         chip, _ = make(prescaler, reload)

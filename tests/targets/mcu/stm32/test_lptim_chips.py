@@ -5,10 +5,9 @@ from __future__ import annotations
 from fractions import Fraction
 from itertools import pairwise
 
-import pytest
-
 from targets.boards import built_in_board
 from targets.mcu.testing import peek, poke
+from tests.each import each
 from tests.targets.mcu.stm32.small_programs import start
 
 CMPM, ARRM, EXTTRIG, CMPOK, ARROK = (1 << bit for bit in range(5))
@@ -72,7 +71,7 @@ def h753():
     return Nucleo("nucleo-h753zi", gates, {"D2CCIP2R": 4 << 28, "D3CCIPR": 4 << 10 | 4 << 13})
 
 
-@pytest.mark.parametrize(("make", "numbers"), [(f767, (1,)), (h753, range(1, 6))], ids=["f767", "h753"])
+@each(("make", "numbers"), [(f767, (1,)), (h753, range(1, 6))])
 def test_each_counts_on_the_clock_that_rcc_chooses_and_in_stop_and_not_without_its_gate(make, numbers):
     nucleo = make()
     timers = [nucleo.timer(number) for number in numbers]
@@ -110,9 +109,7 @@ def test_on_the_clock_of_the_bus_it_stands_still_in_stop():
     assert peek(timer, "CNT") == before
 
 
-@pytest.mark.parametrize(
-    ("unmasked", "wakes"), [({"IMR": 1 << 23, "RTSR": 1 << 23}, True), ({}, False)], ids=["line", "no line"]
-)
+@each(("unmasked", "wakes"), [({"IMR": 1 << 23, "RTSR": 1 << 23}, True), ({}, False)])
 def test_the_f767_wakes_up_by_its_line_of_exti(unmasked, wakes):
     nucleo = f767()
     for register, bits in unmasked.items():
@@ -125,7 +122,7 @@ def test_the_f767_wakes_up_by_its_line_of_exti(unmasked, wakes):
     assert nucleo.pending(93)
 
 
-@pytest.mark.parametrize("masked", [{1, 4, 5}, {2, 3}], ids=str)
+@each("masked", [{1, 4, 5}, {2, 3}])
 def test_those_of_the_h753_wake_up_unless_their_direct_line_is_masked(masked):
     nucleo = h753()
     exti = nucleo.chip.exti
@@ -139,7 +136,7 @@ def test_those_of_the_h753_wake_up_unless_their_direct_line_is_masked(masked):
     assert {number for number, (irq, _) in lines.items() if not nucleo.pending(irq)} == masked
 
 
-@pytest.mark.parametrize(("number", "line"), [(2, 49), (3, 51)])
+@each(("number", "line"), [(2, 49), (3, 51)])
 def test_two_of_the_h753_have_an_output_that_is_an_edge_for_exti(number, line):
     nucleo = h753()
     exti, bit = nucleo.chip.exti, 1 << line - 32
@@ -151,8 +148,8 @@ def test_two_of_the_h753_have_an_output_that_is_an_edge_for_exti(number, line):
     assert peek(exti, "CPUPR2") == bit
 
 
-@pytest.mark.parametrize("make", [f767, h753])
-@pytest.mark.parametrize(("chosen", "alarm"), [(1, "RTC_ALRA"), (2, "RTC_ALRB")])
+@each("make", [f767, h753])
+@each(("chosen", "alarm"), [(1, "RTC_ALRA"), (2, "RTC_ALRB")])
 def test_the_alarms_of_the_rtc_are_triggers(make, chosen, alarm):
     nucleo = make()
     timer = nucleo.timer(1)
@@ -181,9 +178,7 @@ def test_the_output_of_one_is_the_trigger_of_another_and_an_edge_for_exti():
     assert peek(exti, "CPUPR2") == 1 << 17
 
 
-@pytest.mark.parametrize(
-    ("make", "output", "out_af", "in_af"), [(f767, "PG13", 3, 3), (h753, "PG13", 1, 1)], ids=["f767", "h753"]
-)
+@each(("make", "output", "out_af", "in_af"), [(f767, "PG13", 3, 3), (h753, "PG13", 1, 1)])
 def test_pins(make, output, out_af, in_af):
     nucleo = make()
     port = nucleo.chip.peripherals["GPIOG"]

@@ -11,6 +11,7 @@ from targets.boards import built_in_board
 from targets.mcu.engine.api import Reg
 from targets.mcu.machine import Machine
 from targets.mcu.testing import poke
+from tests.each import each
 from tests.targets.mcu.stm32.small_programs import FLASH, image, program, start
 
 BOARDS = [built_in_board(name) for name in ("nucleo-f767zi", "nucleo-h753zi")]
@@ -22,10 +23,9 @@ LOOP_CYCLES = 640_000
 on_both = pytest.mark.parametrize("board", BOARDS, ids=lambda board: board.chip)
 
 
-@pytest.mark.parametrize(
+@each(
     ("board", "ahb", "apb", "port"),
     [(BOARDS[0], "AHB1ENR", "APB1ENR", 0x4002_0014), (BOARDS[1], "AHB4ENR", "APB1LENR", 0x5802_0014)],
-    ids=["f7", "h7"],
 )
 def test_a_byte_to_ahb_leaves_the_other_lanes_alone_and_one_to_apb_does_not(board, ahb, apb, port):
     machine = start(board)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -34,7 +33,7 @@ def edges_of(chip, since_s, half_s, count):
     return [(chip.time.cycle_at(since_s + number * half_s), bool(number % 2)) for number in range(1, count + 1)]
 
 
-@pytest.mark.parametrize("watch", [Watch.LIVE, Watch.RECORD])
+@each("watch", [Watch.LIVE, Watch.RECORD])
 def test_each_edge_of_a_slow_clock_comes_at_the_first_cycle_not_before_it(watch):
     bench = Bench(watch)
     bench.chip.advance(1000)

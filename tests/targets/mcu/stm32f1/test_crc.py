@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.mcu.stm32f1.crc import Crc
 from targets.mcu.testing import FakeChip, peek, poke
+from tests.each import each
 
 WORDS = st.integers(0, 0xFFFF_FFFF)
 
@@ -33,7 +33,7 @@ def test_reset_values():
     assert [peek(crc, name) for name in ("DR", "IDR", "CR")] == [0xFFFF_FFFF, 0, 0]
 
 
-@pytest.mark.parametrize(
+@each(
     ("words", "result"),
     [
         ([0x0000_0000], 0xC704_DD7B),

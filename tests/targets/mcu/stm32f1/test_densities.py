@@ -50,7 +50,7 @@ def high() -> Machine:
     return machine_with("STM32F103ZE")
 
 
-@pytest.mark.parametrize(
+@each(
     ("chip", "has", "lacks", "gates", "idcode", "flash_kb"),
     [
         ("STM32F103C4", OF_ALL, FROM_MEDIUM | FROM_HIGH, (0x55, 0x1AA2_0803, 0x5E3D), 0x412, 16),
@@ -126,7 +126,7 @@ def test_interrupts_go_up_to_59_with_high_density(high):
         assert machine.bus.read(iser1, 4) == (1 << lines - 32) - 1
 
 
-@pytest.mark.parametrize(("chip", "page"), [("STM32F103R6", 0x400), ("STM32F103RB", 0x400), ("STM32F103RC", 0x800)])
+@each(("chip", "page"), [("STM32F103R6", 0x400), ("STM32F103RB", 0x400), ("STM32F103RC", 0x800)])
 def test_a_page_of_the_flash(chip, page):
     """PM0075 section 1.2; each bit of WRPR is for 4 KB."""
     machine = machine_with(chip)

@@ -15,7 +15,7 @@ def configure(pinout, number, nibble):
     pinout.mode(f"PB{number}", nibble)
 
 
-@settings(max_examples=examples(300), deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(script=actions(st.one_of(st.just(PUSH_PULL), st.integers(0, 15))))
 def test_a_port_is_the_same_whether_somebody_looks_at_its_pins(make_pinout, script):
     script = [(0, ("configure", (number, PUSH_PULL))) for number in range(8)] + script

@@ -70,7 +70,7 @@ def test_memory_and_package(name):
     assert ("USART3" in variant.usarts) is (name[-1] in "8B")
 
 
-@pytest.mark.parametrize(
+@each(
     ("chip", "gates"),
     [
         ("STM32F100C4", (0x55, 0x7822_0833, 0x7_5A3D)),

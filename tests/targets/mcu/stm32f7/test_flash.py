@@ -165,7 +165,7 @@ def test_stores_elsewhere_are_bus_errors(world, address):
 # --- erasing
 
 
-@pytest.mark.parametrize("dual", [False, True])
+@each("dual", [False, True])
 def test_each_sector_is_erased_alone(dual):
     world = build()
     optcr = FACTORY_OPTCR & ~(dual << 29)
@@ -184,7 +184,7 @@ def test_each_sector_is_erased_alone(dual):
         world.flash.reset()
 
 
-@pytest.mark.parametrize(("control", "kept"), [(MER1, slice(1024 * KB, None)), (MER2, slice(0, 1024 * KB))])
+@each(("control", "kept"), [(MER1, slice(1024 * KB, None)), (MER2, slice(0, 1024 * KB))])
 def test_mass_erase_of_one_of_two_banks(control, kept):
     world = build()
     world.flash.load(0x1FFF_0000, encode(Options(optcr=FACTORY_OPTCR & ~(1 << 29), optcr1=FACTORY_OPTCR1)))

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import pytest
-
 from targets.mcu.stm32h7.adc_inputs import CHANNELS, INJECTED_TRIGGERS, INSIDE, REGULAR_TRIGGERS
+from tests.each import each
 
 # DS12117, pin definitions, "additional functions"; ADC12 and ADC123 are those that share the channel.
 PINS = """
@@ -57,7 +56,7 @@ def test_each_pin_is_the_input_that_the_datasheet_says():
     assert {unit: dict(pins) for unit, pins in CHANNELS.items()} == expected
 
 
-@pytest.mark.parametrize(("unit", "count"), [("ADC1", 20), ("ADC2", 18), ("ADC3", 17)])
+@each(("unit", "count"), [("ADC1", 20), ("ADC2", 18), ("ADC3", 17)])
 def test_pins_and_what_is_inside_make_twenty_channels(unit, count):
     assert len(CHANNELS[unit]) == count
     inside = INSIDE.get(unit, {})

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import pytest
 
+from tests.each import each
 from tests.targets.mcu.timing.assembly import (
     BX_LR,
     CPSID,
@@ -98,7 +99,7 @@ def test_the_instruction_in_flight_is_completed_first(latency, sled, cycles):
     assert found == sorted(left for length in cycles for left in range(length))
 
 
-@pytest.mark.parametrize("skip_idle", [True, False], ids=["skipping", "stepping"])
+@each("skip_idle", [True, False])
 def test_in_a_loop_that_is_passed_over(latency, skip_idle):
     found = [
         latency(thread(HANG), {EXTI0: raises(A)}, START_CYCLE + late, timing="table", skip_idle=skip_idle)
@@ -156,14 +157,14 @@ def test_return(runs):
     assert found[:2] == [(EXTI0, ENTRY_CYCLES), (0, ENTRY_CYCLES + HANDLER_CYCLES + RETURN_CYCLES)]
 
 
-@pytest.mark.parametrize("later", [0, 1, 12, 13, ENTRY_CYCLES + HANDLER_CYCLES - 1])
+@each("later", [0, 1, 12, 13, ENTRY_CYCLES + HANDLER_CYCLES - 1])
 def test_tail_chaining(runs, later):
     found = runs(Code(*FIRST_IS_URGENT.halves).add(WFI, HANG), CLEARS_OWN, later, timing="table")
     second = ENTRY_CYCLES + HANDLER_CYCLES + TAIL_CHAIN_CYCLES
     assert found == [(EXTI0, ENTRY_CYCLES), (EXTI1, second), (0, second + HANDLER_CYCLES + RETURN_CYCLES)]
 
 
-@pytest.mark.parametrize("into_return", [0, 1, 5, RETURN_CYCLES])
+@each("into_return", [0, 1, 5, RETURN_CYCLES])
 def test_a_return_is_abandoned_for_what_comes_in_meanwhile(runs, into_return):
     later = ENTRY_CYCLES + HANDLER_CYCLES + into_return
     found = runs(Code(*FIRST_IS_URGENT.halves).add(WFI, HANG), CLEARS_OWN, later, timing="table")
@@ -171,7 +172,7 @@ def test_a_return_is_abandoned_for_what_comes_in_meanwhile(runs, into_return):
     assert found[:2] == [(EXTI0, ENTRY_CYCLES), (EXTI1, over + TAIL_CHAIN_CYCLES)]
 
 
-@pytest.mark.parametrize("later", [1, 6, ENTRY_CYCLES])
+@each("later", [1, 6, ENTRY_CYCLES])
 def test_late_arrival(runs, later):
     # What is more urgent and comes while the frame is stacked has its handler begin when the other's would have.
     found = runs(Code(*SECOND_IS_URGENT.halves).add(WFI, HANG), CLEARS_OWN, later, timing="table")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from targets.mcu.engine.api import Reg
+from tests.each import each
 from tests.targets.mcu.timing.assembly import BX_LR, CLOCK_72_MHZ, CYCCNT, EXTI, NOP, RCC, SCS, SYSTICK, WFI, Code
 
 MS = 1_000_000
@@ -32,7 +33,7 @@ def test_a_change_of_the_clock_does_not_move_it(start, skip_idle, main, at_ns):
     assert len(seen) == 1
 
 
-@pytest.mark.parametrize("entered_early", [True, False])
+@each("entered_early", [True, False])
 def test_it_comes_after_what_the_chip_does_at_the_same_cycle(start, entered_early):
     machine = start(Code(NOP).hang())
     order = []
@@ -65,7 +66,7 @@ def test_a_frame_that_is_being_sent_when_stop_begins_does_not_hold_up_the_run(st
     assert 120 * MS <= machine.now_ns < 120 * MS + 125
 
 
-@pytest.mark.parametrize("entered_early", [True, False])
+@each("entered_early", [True, False])
 def test_waking_from_stop_takes_the_regulators_time(start, entered_early):
     # 3.6 us with the regulator on (DS5319 section 5.3.6), as whole cycles of HSI, then the entry of the exception.
     machine = start(STOP, {22: CLEARS})

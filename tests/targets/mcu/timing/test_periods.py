@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from targets.boards import built_in_board
 from targets.mcu.engine.api import Reg
 from targets.mcu.machine import Machine
+from tests.each import each
 from tests.share import examples, matrix
 from tests.targets.mcu.timing.assembly import (
     BX_LR,
@@ -162,7 +163,7 @@ class TestEncoder:
         machine.run_to(at_ns + 10_000)
         return machine.bus.read(TIM3 + 0x24, 4)
 
-    @pytest.mark.parametrize("edge_ns", [2500, 1250, 10_000])
+    @each("edge_ns", [2500, 1250, 10_000])
     def test_every_edge_at_100_khz_is_counted(self, start, edge_ns):
         # 100 kHz is four edges in 10 us
         assert self.counted(start, [1] * 400, edge_ns) == 400
@@ -213,8 +214,8 @@ class TestCyclesPerInstruction:
         machine.run_to(5 * MS)
         return machine.engine.get(Reg.R4) - machine.engine.get(Reg.R5)
 
-    @pytest.mark.parametrize(("wait_states", "cycles"), [(0, 1250), (1, 1375), (2, 1500)])
-    @pytest.mark.parametrize("half", [0xBF00, 0x683B], ids=["nop", "ldr"])
+    @each(("wait_states", "cycles"), [(0, 1250), (1, 1375), (2, 1500)])
+    @each("half", [0xBF00, 0x683B])
     def test_flat(self, start, wait_states, cycles, half):
         assert self.count(start, [half] * 999, wait_states, "flat") == cycles  # and the first read
 

@@ -6,6 +6,7 @@ import pytest
 
 from targets.parts.mpu9250.individual import Individual
 from targets.parts.mpu9250.settings import Mpu9250Settings
+from tests.each import each
 
 MS = 1_000_000
 US = 1_000
@@ -128,7 +129,7 @@ def test_a_clock_that_is_off_by_a_percent(make_imu, gaps) -> None:
     assert gaps(imu.rises()) == {round(MS / 1.01)}
 
 
-@pytest.mark.parametrize("step_ms", [1, 4, 16])
+@each("step_ms", [1, 4, 16])
 def test_edges_do_not_depend_on_the_steps(make_imu, step_ms) -> None:
     imu = make_imu(step_ns=step_ms * MS)
     imu.write(0x19, 2, 1)

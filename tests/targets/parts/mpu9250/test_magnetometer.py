@@ -8,6 +8,7 @@ import math
 import pytest
 
 from targets.parts.mpu9250.ak8963 import sensitivity
+from tests.each import each
 
 MS = 1_000_000
 NORTH_UT, EAST_UT, DOWN_UT = 17.030, -2.872, -14.749
@@ -366,9 +367,7 @@ def test_delayed_slaves_are_visited_less_often(make_imu) -> None:
     assert sum(status >> 1 & 1 for status in seen) == 4
 
 
-@pytest.mark.parametrize(
-    ("slave", "fifo_en", "master_ctrl"), [(0, 0x01, 0), (1, 0x02, 0), (2, 0x04, 0), (3, 0x00, 0x20)]
-)
+@each(("slave", "fifo_en", "master_ctrl"), [(0, 0x01, 0), (1, 0x02, 0), (2, 0x04, 0), (3, 0x00, 0x20)])
 def test_external_bytes_go_into_the_fifo(make_imu, slave, fifo_en, master_ctrl) -> None:
     """All four slaves read; one of them is wanted."""
     imu = make_imu()

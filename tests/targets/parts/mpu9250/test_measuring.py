@@ -28,8 +28,8 @@ def test_one_g_at_rest_in_every_full_scale(imu, scale, counts) -> None:
     assert imu.gyro() == [0, 0, 0]
 
 
-@pytest.mark.parametrize(("scale", "counts_per_dps"), [(0, 131), (1, 65.5), (2, 32.8), (3, 16.4)])
-@pytest.mark.parametrize("rate_dps", [90.0, -33.0])
+@each(("scale", "counts_per_dps"), [(0, 131), (1, 65.5), (2, 32.8), (3, 16.4)])
+@each("rate_dps", [90.0, -33.0])
 def test_a_known_rotation_in_every_full_scale(make_imu, turning, scale, counts_per_dps, rate_dps) -> None:
     imu = make_imu(turning(rate_dps))
     imu.write(0x1B, scale << 3)
@@ -43,7 +43,7 @@ def test_free_fall(make_imu, rest) -> None:
     assert imu.accel() == [0, 0, 0]
 
 
-@pytest.mark.parametrize(("rate_dps", "word"), [(300.0, 32767), (-300.0, -32768)])
+@each(("rate_dps", "word"), [(300.0, 32767), (-300.0, -32768)])
 def test_beyond_full_scale_it_saturates(make_imu, turning, rate_dps, word) -> None:
     imu = make_imu(turning(rate_dps))
     assert imu.gyro()[2] == word
@@ -105,7 +105,7 @@ def test_a_slow_accelerometer_repeats_its_values_at_8_khz(make_imu, rest, config
     assert len({gyro for _, gyro in seen}) > 70
 
 
-@pytest.mark.parametrize("degc", [-40.0, 21.0, 25.0, 85.0])
+@each("degc", [-40.0, 21.0, 25.0, 85.0])
 def test_temperature(make_imu, degc) -> None:
     imu = make_imu(temperature_degc=degc)
     word = imu.words(0x41, 1)[0]
@@ -142,7 +142,7 @@ def test_accelerometer_offsets_are_relative_to_those_of_the_factory(imu) -> None
     assert imu.accel() == [8192, 0, 16384]
 
 
-@pytest.mark.parametrize("seed", range(5))
+@each("seed", range(5))
 def test_the_self_test_answers_as_the_factory_codes_say(make_imu, seed) -> None:
     imu = make_imu()
     codes = [*imu.read(0x0D, 3), *imu.read(0x00, 3)]

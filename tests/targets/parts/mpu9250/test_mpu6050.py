@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import pytest
-
+from tests.each import each
 from tests.targets.parts.mpu9250.conftest import MS, REST
 
 G = 9.80665
@@ -21,12 +20,12 @@ def test_it_sleeps_until_it_is_woken(make_mpu6050):
     assert imu.accel() == [0, 0, 16384]
 
 
-@pytest.mark.parametrize(("degc", "counts"), [(36.53, 0), (25.0, -3920), (85.0, 16480)])
+@each(("degc", "counts"), [(36.53, 0), (25.0, -3920), (85.0, 16480)])
 def test_its_thermometer(make_mpu6050, degc, counts):
     assert make_mpu6050(temperature_degc=degc).words(0x41, 1) == [counts]
 
 
-@pytest.mark.parametrize("scale", range(4))
+@each("scale", range(4))
 def test_its_full_scales(make_mpu6050, scale, turning):
     imu = make_mpu6050(turning(100))
     imu.write(0x1B, scale << 3, scale << 3)
@@ -35,7 +34,7 @@ def test_its_full_scales(make_mpu6050, scale, turning):
     assert imu.accel() == [0, 0, 16384 >> scale]
 
 
-@pytest.mark.parametrize(
+@each(
     ("config", "divider", "hz"),
     [(0, 0, 8000), (0, 7, 1000), (7, 79, 100), (1, 0, 1000), (3, 4, 200), (6, 255, 3.90625)],
 )
@@ -56,7 +55,7 @@ def test_the_divider_counts_in_every_filter(make_mpu6050, config, divider, hz):
     assert hz >= 1000 or min(gaps) == round(1e9 / hz)
 
 
-@pytest.mark.parametrize(("control", "hz"), [(0, 1.25), (1, 5), (2, 20), (3, 40)])
+@each(("control", "hz"), [(0, 1.25), (1, 5), (2, 20), (3, 40)])
 def test_it_wakes_for_single_samples(make_mpu6050, control, hz):
     imu = make_mpu6050()
     imu.write(0x38, 1)
@@ -77,7 +76,7 @@ def test_its_fifo_holds_1024_bytes(make_mpu6050):
     assert imu.byte(0x3A) & 0x10
 
 
-@pytest.mark.parametrize("seed", range(4))
+@each("seed", range(4))
 def test_the_self_test_is_within_14_percent(make_mpu6050, seed):
     """STR less the trim of the factory is at most 14 % of that (RM section 4.1)."""
     imu = make_mpu6050(temperature_degc=20.0 + seed)

@@ -14,6 +14,7 @@ from targets.parts.neo6m.geodesy import Geodetic
 from targets.parts.neo6m.gps_time import Utc
 from targets.parts.neo6m.sky import NONE, Dops, Satellite
 from targets.parts.neo6m.solution import Fix, Motion, Solution
+from tests.each import each
 
 NOTHING = [
     b"$GPRMC,,V,,,,,,,,,,N*53\r\n",
@@ -131,7 +132,7 @@ def test_everything_is_empty_before_anything_is_known(make_gps) -> None:
     assert gps.take().splitlines(keepends=True) == BOOT + NOTHING
 
 
-@pytest.mark.parametrize(
+@each(
     ("degrees", "expected"),
     [(-34.6175, "3437.05000"), (0.0, "0000.00000"), (59.999999999, "6000.00000"), (-0.000001, "0000.00006")],
 )
@@ -156,9 +157,7 @@ def test_sentences_can_be_read_back(fields) -> None:
     assert nmea.parse_sentence(nmea.sentence(*fields).rstrip()) == fields
 
 
-@pytest.mark.parametrize(
-    "line", [b"", b"$", b"$GPGGA", b"$GPGGA*", b"$GPGGA*00", b"$GPGGA*zz", b"GPGGA*56", b"$\xff*FF"]
-)
+@each("line", [b"", b"$", b"$GPGGA", b"$GPGGA*", b"$GPGGA*00", b"$GPGGA*zz", b"GPGGA*56", b"$\xff*FF"])
 def test_what_is_no_sentence(line) -> None:
     assert nmea.parse_sentence(line) is None
 
@@ -279,7 +278,7 @@ def test_speed_errors(make_gps) -> None:
     assert sum(speed < 0.1 for speed in speeds) / len(speeds) == pytest.approx(0.5, abs=0.08)
 
 
-@pytest.mark.parametrize("step_ns", [4_000_000, 33_000_000])
+@each("step_ns", [4_000_000, 33_000_000])
 def test_what_is_said_does_not_depend_on_the_steps(make_gps, step_ns) -> None:
     def said(step):
         moving = {"x": 5.0, "y": 7.0, "z": 0.0, "vx": 0.0, "vy": 0.0, "vz": 0.0}

@@ -6,6 +6,7 @@ import pytest
 
 from targets.parts.neo6m import FixChanged, Neo6m, Neo6mSettings, ReceiverStarted
 from targets.parts.part import Ports
+from tests.each import each
 
 MS = 1_000_000
 
@@ -14,7 +15,7 @@ def _first_fix_s(gps) -> float:
     return next(ns for ns, event in gps.bench.events if isinstance(event, FixChanged)) / 1e9
 
 
-@pytest.mark.parametrize(("start", "typical_s"), [("cold", 27), ("warm", 27), ("hot", 1)])
+@each(("start", "typical_s"), [("cold", 27), ("warm", 27), ("hot", 1)])
 def test_times_to_first_fix(make_gps, start, typical_s) -> None:
     gps = make_gps(start=start, spread_percent=0)
     gps.run(40)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from protocols.autoware import Time
 from targets.robots.driving_stack import DriverSettings, Path, PathDriver, Pose, SpeedProfile
+from tests.each import each
 
 AT_REST = Pose(x_m=0.0, y_m=0.0, yaw_rad=0.0)
 
@@ -69,7 +70,7 @@ def test_nobody_drives_without_knowing_where_and_how_fast(straight):
         PathDriver(straight).command(Pose(x_m=math.inf, y_m=0.0, yaw_rad=0.0), 1.0)
 
 
-@pytest.mark.parametrize("wrong", [{"steering_sign": 0}, {"speed_m_s": 0.0}, {"wheelbase_m": math.nan}])
+@each("wrong", [{"steering_sign": 0}, {"speed_m_s": 0.0}, {"wheelbase_m": math.nan}])
 def test_senseless_settings_are_refused(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):
         DriverSettings(**wrong)

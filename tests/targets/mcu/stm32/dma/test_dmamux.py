@@ -10,6 +10,7 @@ from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dma_requests import Requests
 from targets.mcu.stm32.dmamux import DmaMux, Outlets
 from targets.mcu.testing import FakeChip, peek, poke
+from tests.each import each
 
 RAM, PORT = 0x2400_0000, 0x4001_0000
 EN, TCIE, CIRC, MINC, TRBUFF = 1 << 0, 1 << 4, 1 << 8, 1 << 10, 1 << 20
@@ -123,7 +124,7 @@ def test_the_last_transfer_is_told_to_the_peripheral(rig):
     assert len(told) == 1
 
 
-@pytest.mark.parametrize("ahb", [1, 2, 4])
+@each("ahb", [1, 2, 4])
 def test_accesses_take_cycles_of_ahb(ahb):
     rig = Rig(ahb)
     rig.lead(0, 9)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
+from tests.each import each
 
 START, STOP, RELOAD, AUTOEND, PECBYTE = 1 << 13, 1 << 14, 1 << 24, 1 << 25, 1 << 26
 ADD10, HEAD10R = 1 << 11, 1 << 12
@@ -295,7 +296,7 @@ class TestPacketErrorCode:
         assert messages(rig) == [[("W", (data + bytes([self.crc(0xA0, *data)])).hex())]]
         assert not rig.peek("CR2") & PECBYTE
 
-    @pytest.mark.parametrize("wrong", [0, 1])
+    @each("wrong", [0, 1])
     def test_is_checked(self, make_rig, make_memory, wrong):
         memory = make_memory(data=bytes([5, 6, self.crc(0xA0, 0, 0xA1, 5, 6) ^ wrong]) + bytes(253))
         rig = make_rig(memory)

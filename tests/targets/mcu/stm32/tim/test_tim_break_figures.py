@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import pytest
-
 from targets.mcu.services import Watch
 from targets.mcu.testing import peek, poke
+from tests.each import each
 from tests.targets.mcu.stm32.tim.ticks import setup
 
 CEN = 1
 DEAD_TIMES = {0x00: 0, 0x05: 5, 0x7F: 127, 0x80: 128, 0xBF: 254, 0xC0: 256, 0xDF: 504, 0xE0: 512, 0xFF: 1008}
 
 
-@pytest.mark.parametrize("dtg", DEAD_TIMES)
-@pytest.mark.parametrize("ckd", [0, 1, 2])
+@each("dtg", DEAD_TIMES)
+@each("ckd", [0, 1, 2])
 def test_dead_time(make_timer, dtg, ckd):
     chip, timer = make_timer("TIM1")
     dead = DEAD_TIMES[dtg] << ckd
@@ -25,7 +24,7 @@ def test_dead_time(make_timer, dtg, ckd):
     assert [edge for edge in complement if 20_000 < edge[0] < 40_000] == [(shift[0], False), (shift[1] + dead, True)]
 
 
-@pytest.mark.parametrize("watch", list(Watch))
+@each("watch", list(Watch))
 def test_a_write_while_the_counter_waits_for_its_first_clock_counts_from_that_write(make_timer, watch):
     chip, timer = make_timer("TIM1")
     out = chip.output("TIM1_CH1")
@@ -114,7 +113,7 @@ def test_aoe_waits_for_an_update_after_the_break_is_released(make_timer):
     assert chip.output("TIM1_CH1").level is True
 
 
-@pytest.mark.parametrize("watch", list(Watch))
+@each("watch", list(Watch))
 def test_an_idle_time_that_ends_before_aoe_sets_moe_changes_nothing(make_timer, watch):
     chip, timer = make_timer("TIM1")
     out = chip.output("TIM1_CH1")

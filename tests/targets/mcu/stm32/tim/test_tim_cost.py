@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.services import Watch
 from targets.mcu.testing import peek, poke
+from tests.each import each
 from tests.share import examples
 
 
@@ -35,7 +35,7 @@ def events_of(chip):
 PWM = {"ARR": 3599, "CCR1": 100, "CCR2": 1000, "CCR3": 1800, "CCR4": 3599, "CCMR1": 0x6868, "CCMR2": 0x6868}
 
 
-@pytest.mark.parametrize("alignment", [0, 0x20, 0x60])
+@each("alignment", [0, 0x20, 0x60])
 def test_pwm_that_nobody_watches_costs_a_few_events_at_the_start(make_timer, alignment):
     chip, timer = make_timer("TIM2")
     for number in range(1, 5):
@@ -80,8 +80,8 @@ def test_a_free_running_timer_with_all_flags_set_costs_nothing(make_timer):
     assert chip.time.next_cycle() == now + 2 - (now + 1) % 2  # updates come at odd cycles: CNT_EN follows CEN by one
 
 
-@pytest.mark.parametrize("ccmr", [0x0000, 0x4050, 0x6868])
-@pytest.mark.parametrize("watch", [Watch.RECORD, Watch.LIVE])
+@each("ccmr", [0x0000, 0x4050, 0x6868])
+@each("watch", [Watch.RECORD, Watch.LIVE])
 def test_outputs_without_edges_cost_nothing_whoever_looks(make_timer, ccmr, watch):
     """Frozen and forced channels, those that are off, and PWM of 0 and 100 per cent."""
     chip, timer = make_timer("TIM2")
@@ -156,7 +156,7 @@ def test_a_divided_bus_gives_the_timers_twice_its_rate(make_timer):
     assert peek(timer, "SR") == 0x1F  # CCRx is 0, and the reload is what matches it
 
 
-@pytest.mark.parametrize("watch", [Watch.RECORD, Watch.LIVE])
+@each("watch", [Watch.RECORD, Watch.LIVE])
 def test_what_is_written_between_two_ticks_is_seen_at_its_own_cycle(make_timer, watch):
     chip, timer = make_timer("TIM2", APB1=8)
     chip.output("TIM2_CH1").set_watch(watch)

@@ -14,6 +14,7 @@ from targets.mcu.services import Watch
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.tim.kinds import F7_KINDS
 from targets.mcu.testing import FakeChip, peek, poke
+from tests.each import each
 
 FULL = {
     "CR1": 0x0BFF,
@@ -43,7 +44,7 @@ def make_f7(make_timer):
     return lambda name, **dividers: make_timer(name, F7_KINDS, **dividers)
 
 
-@pytest.mark.parametrize("name", MASKS)
+@each("name", MASKS)
 def test_reset_values_and_reserved_bits(make_f7, name):
     top = 0xFFFF_FFFF if name in ("TIM2", "TIM5") else 0xFFFF
     for register, mask in (MASKS[name] | {"ARR": top, "CNT": top}).items():
@@ -54,7 +55,7 @@ def test_reset_values_and_reserved_bits(make_f7, name):
         assert peek(timer, register) == mask & ~(0x11 if register == "CR1" else 0), register
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "missing"),
     [("TIM2", "RCR"), ("TIM6", "CCR1"), ("TIM9", "CR2"), ("TIM9", "CCR3"), ("TIM10", "SMCR"), ("TIM14", "CCR2")],
 )
@@ -67,7 +68,7 @@ def test_what_a_timer_lacks(make_f7, name, missing):
     assert chip.noted("reserved") == [f"{name}_0x{offset:02X}"]
 
 
-@pytest.mark.parametrize("name", ["TIM2", "TIM5"])
+@each("name", ["TIM2", "TIM5"])
 def test_32_bits(make_f7, name):
     chip, timer = make_f7(name)
     poke(timer, "ARR", 0x1_0005)
@@ -102,7 +103,7 @@ def test_a_16_bit_counter_wraps_at_its_own_end(make_f7):
     assert peek(timer, "CNT") == 0
 
 
-@pytest.mark.parametrize("name", ["TIM1", "TIM2", "TIM4", "TIM6", "TIM9", "TIM10"])
+@each("name", ["TIM1", "TIM2", "TIM4", "TIM6", "TIM9", "TIM10"])
 def test_the_copy_of_uif(make_f7, name):
     chip, timer = make_f7(name)
     poke(timer, "ARR", 9)
@@ -119,7 +120,7 @@ def test_the_copy_of_uif(make_f7, name):
     assert peek(timer, "CNT") == 4
 
 
-@pytest.mark.parametrize("number", [5, 6])
+@each("number", [5, 6])
 def test_channels_5_and_6_compare(make_f7, number):
     chip, timer = make_f7("TIM1")
     poke(timer, "ARR", 9)
@@ -139,7 +140,7 @@ def test_channels_5_and_6_compare(make_f7, number):
     assert not chip.irq(27).level
 
 
-@pytest.mark.parametrize("watch", list(Watch))
+@each("watch", list(Watch))
 def test_channels_are_high_only_while_channel_5_is(make_f7, watch):
     """Combined 3-phase PWM (RM0410 section 25.3.14)."""
     chip, timer = make_f7("TIM8")
@@ -186,7 +187,7 @@ def test_asymmetric_pwm(make_f7):
     assert levels == ("11000000" + "00011111") * 2
 
 
-@pytest.mark.parametrize("watch", [Watch.LIVE, Watch.RECORD])
+@each("watch", [Watch.LIVE, Watch.RECORD])
 def test_asymmetric_pwm_that_shows_the_direction_alone(make_f7, watch):
     chip, timer = make_f7("TIM1")
     chip.output("TIM1_CH1").set_watch(watch)
@@ -224,7 +225,7 @@ class TestBreaks:
         chip.advance(3)
         return chip, timer
 
-    @pytest.mark.parametrize(("pin", "bdtr", "flag"), [("BKIN", 0x3000, BIF), ("BKIN2", 0x0300_0000, B2IF)])
+    @each(("pin", "bdtr", "flag"), [("BKIN", 0x3000, BIF), ("BKIN2", 0x0300_0000, B2IF)])
     def test_each_input_breaks(self, make_f7, pin, bdtr, flag):
         chip, timer = self.setup_timer(make_f7, bdtr)
         assert chip.output("TIM8_CH1").level is True
@@ -239,7 +240,7 @@ class TestBreaks:
         assert not peek(timer, "SR") & flag
         assert not chip.irq(43).level
 
-    @pytest.mark.parametrize(("egr", "flag"), [(0x80, BIF), (0x100, B2IF)])
+    @each(("egr", "flag"), [(0x80, BIF), (0x100, B2IF)])
     def test_by_software(self, make_f7, egr, flag):
         chip, timer = self.setup_timer(make_f7, 0)
         poke(timer, "EGR", egr)
@@ -298,9 +299,7 @@ class TestBasic:
 
 
 class TestSmall:
-    @pytest.mark.parametrize(
-        ("name", "irq"), [("TIM9", 24), ("TIM10", 25), ("TIM11", 26), ("TIM12", 43), ("TIM13", 44)]
-    )
+    @each(("name", "irq"), [("TIM9", 24), ("TIM10", 25), ("TIM11", 26), ("TIM12", 43), ("TIM13", 44)])
     def test_pwm_and_interrupt(self, make_f7, name, irq):
         chip, timer = make_f7(name)
         poke(timer, "ARR", 9)
@@ -382,7 +381,7 @@ def test_a_reserved_slave_mode(make_f7):
     assert chip.noted("reserved") == ["TIM2_SMCR.SMS"]
 
 
-@pytest.mark.parametrize(("mode", "nearest"), [(8, 6), (9, 7), (10, 0)])
+@each(("mode", "nearest"), [(8, 6), (9, 7), (10, 0)])
 def test_modes_that_are_missing_are_noted(make_f7, mode, nearest):
     chip, timer = make_f7("TIM3")
     _, plain = make_f7("TIM3")
@@ -392,7 +391,7 @@ def test_modes_that_are_missing_are_noted(make_f7, mode, nearest):
     assert timer._counting.units[1].mode == plain._counting.units[1].mode == nearest
 
 
-@pytest.mark.parametrize(("name", "value"), [("TIM2", 0x400), ("TIM5", 0x40), ("TIM11", 1)])
+@each(("name", "value"), [("TIM2", 0x400), ("TIM5", 0x40), ("TIM11", 1)])
 def test_options_are_noted(make_f7, name, value):
     chip, timer = make_f7(name)
     poke(timer, "OR", value)
@@ -410,8 +409,8 @@ ITRS = {  # RM0410, the tables "TIMx internal trigger connection"
 }
 
 
-@pytest.mark.parametrize("slave", ITRS)
-@pytest.mark.parametrize("trigger", range(4))
+@each("slave", ITRS)
+@each("trigger", range(4))
 def test_internal_triggers(make_f7, slave, trigger):
     chip, timer = make_f7(slave)
     poke(timer, "SMCR", 6 | trigger << 4)

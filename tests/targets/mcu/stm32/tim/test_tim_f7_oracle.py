@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.services import Watch
 from targets.mcu.stm32.tim.kinds import F7_KINDS
+from tests.each import each
 from tests.share import examples
 
 SMALL = st.integers(0, 12)
@@ -112,7 +112,7 @@ def test_inputs(make_bench, actions, name):
     bench.compare_edges()
 
 
-@pytest.mark.parametrize("name", ["TIM1", "TIM3"])
+@each("name", ["TIM1", "TIM3"])
 def test_an_input_of_both_edges_captures_each(make_bench, name):
     bench = make_bench(name, kinds=F7_KINDS)
     for register, value in (("CCMR1", 0x01), ("CCER", 0x0B), ("ARR", 100), ("CR1", 1), ("DIER", 0x200)):

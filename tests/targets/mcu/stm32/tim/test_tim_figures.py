@@ -6,6 +6,7 @@ import pytest
 
 from targets.mcu.services import Watch
 from targets.mcu.testing import peek, poke
+from tests.each import each
 from tests.targets.mcu.stm32.tim.ticks import counts, flagged, setup
 
 CEN, DIR, ARPE = 1, 0x10, 0x80
@@ -120,7 +121,7 @@ def test_arr_0_blocks_the_counter(tim, preset):
     assert (peek(timer, "CNT"), peek(timer, "SR")) == (preset, 0)
 
 
-@pytest.mark.parametrize(
+@each(
     ("rcr", "alignment", "updates"),
     [
         (0, 0, [1, 2, 3, 4, 5, 6, 7, 8]),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.stm32.tim.inputs import Filter, TickClock
 from targets.mcu.testing import FakeChip
+from tests.each import each
+from tests.share import examples
 
 # RM0008, IC1F: by code, sampling period in tDTS (0: the timer's clock itself) and samples
 CODES = {
@@ -33,7 +34,7 @@ def sampled(changes, period, samples, end):
     return edges
 
 
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 @given(
     code=st.sampled_from(sorted(CODES)), dts=st.sampled_from([1, 2, 4]), gaps=st.lists(st.integers(1, 80), max_size=40)
 )
@@ -80,7 +81,7 @@ def test_a_filter_that_is_changed_in_the_middle_begins_anew():
     assert edges == [(15, True)]
 
 
-@pytest.mark.parametrize(("code", "late"), [(0, 0), (1, 2), (2, 4), (3, 8), (15, 32 * 8)])
+@each(("code", "late"), [(0, 0), (1, 2), (2, 4), (3, 8), (15, 32 * 8)])
 def test_a_filtered_capture_is_late_by_its_samples(make_timer, code, late):
     chip, timer = make_timer("TIM2")
     timer.write(0x18, 0x01 | code << 4)
@@ -106,8 +107,8 @@ def test_a_glitch_shorter_than_the_filter_is_not_seen(make_timer):
     assert not timer.read(0x10) & 2
 
 
-@pytest.mark.parametrize("order", [0, 1])
-@pytest.mark.parametrize("width", [7, 8, 9])
+@each("order", [0, 1])
+@each("width", [7, 8, 9])
 def test_the_order_of_events_at_a_cycle_does_not_matter(make_timer, order, width):
     chip, timer = make_timer("TIM2")
     timer.write(0x18, 0x01 | 3 << 4)

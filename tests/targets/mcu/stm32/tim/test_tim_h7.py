@@ -9,6 +9,7 @@ import pytest
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.tim.h7_kinds import H7_KINDS
 from targets.mcu.testing import FakeChip, peek, poke
+from tests.each import each
 
 BIF = 1 << 7
 MOE = 1 << 15
@@ -40,7 +41,7 @@ def make_h7(make_timer):
     return lambda name, **dividers: make_timer(name, H7_KINDS, **dividers)
 
 
-@pytest.mark.parametrize("name", MASKS)
+@each("name", MASKS)
 def test_reserved_bits(make_h7, name):
     for register, mask in MASKS[name].items():
         _, timer = make_h7(name)
@@ -71,7 +72,7 @@ def test_the_sources_of_the_break_after_reset(make_h7):
     assert [peek(make_h7(name)[1], "AF1") for name in ("TIM1", "TIM2", "TIM15", "TIM16")] == [1, 0, 1, 1]
 
 
-@pytest.mark.parametrize(("name", "missing"), [("TIM2", 0x50), ("TIM6", 0x68), ("TIM13", 0x04), ("TIM16", 0x08)])
+@each(("name", "missing"), [("TIM2", 0x50), ("TIM6", 0x68), ("TIM13", 0x04), ("TIM16", 0x08)])
 def test_what_a_timer_lacks(make_h7, name, missing):
     chip, timer = make_h7(name)
     timer.write(missing, 0xFFFF_FFFF)
@@ -91,8 +92,8 @@ ITRS = {  # RM0433, "TIMx internal trigger connection"; Linux, drivers/iio/trigg
 }
 
 
-@pytest.mark.parametrize("slave", ITRS)
-@pytest.mark.parametrize("trigger", range(4))
+@each("slave", ITRS)
+@each("trigger", range(4))
 def test_internal_triggers(make_h7, slave, trigger):
     chip, timer = make_h7(slave)
     poke(timer, "SMCR", 6 | trigger << 4)
@@ -104,9 +105,7 @@ def test_internal_triggers(make_h7, slave, trigger):
     assert peek(timer, "CR1") & 1
 
 
-@pytest.mark.parametrize(
-    ("register", "value"), [("SMCR", 1 << 20), ("TISEL", 1), ("AF1", 1 | 1 << 1), ("AF1", 1 | 1 << 14)]
-)
+@each(("register", "value"), [("SMCR", 1 << 20), ("TISEL", 1), ("AF1", 1 | 1 << 1), ("AF1", 1 | 1 << 14)])
 def test_sources_that_are_not_modelled_say_so(make_h7, register, value):
     chip, timer = make_h7("TIM1")
     poke(timer, register, value)

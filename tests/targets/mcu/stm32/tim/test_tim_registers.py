@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import pytest
-
 from targets.mcu.testing import peek, poke
+from tests.each import each
 
 GENERAL = {
     # register: bits that can be written (RM0008 section 15.4)
@@ -24,7 +23,7 @@ GENERAL = {
 ADVANCED = GENERAL | {"CR2": 0x7FFD, "DIER": 0x7FFF, "CCER": 0x3FFF, "RCR": 0x00FF}
 
 
-@pytest.mark.parametrize("name", ["TIM1", "TIM2", "TIM3", "TIM4"])
+@each("name", ["TIM1", "TIM2", "TIM3", "TIM4"])
 def test_reset_values_and_reserved_bits(make_timer, name):
     masks = ADVANCED if name == "TIM1" else GENERAL
     for register, mask in masks.items():
@@ -45,7 +44,7 @@ def test_general_timers_lack_rcr_and_bdtr(make_timer):
     assert set(chip.noted()) == {"TIM3_0x30", "TIM3_0x44"}
 
 
-@pytest.mark.parametrize("name", ["TIM1", "TIM4"])
+@each("name", ["TIM1", "TIM4"])
 def test_flags_are_cleared_by_writing_0_and_not_set_by_writing_1(make_timer, name):
     _, timer = make_timer(name)
     poke(timer, "SR", 0xFFFF)
@@ -67,7 +66,7 @@ LINES = {
 }
 
 
-@pytest.mark.parametrize(("name", "flag"), [(name, flag) for name, flags in LINES.items() for flag in flags])
+@each(("name", "flag"), [(name, flag) for name, flags in LINES.items() for flag in flags])
 def test_interrupt_lines(make_timer, name, flag):
     chip, timer = make_timer(name)
     line = chip.irq(LINES[name][flag])
@@ -101,7 +100,7 @@ def test_urs_keeps_ug_from_setting_uif_and_udis_keeps_the_shadows(make_timer):
     assert timer._counting.arr == 5
 
 
-@pytest.mark.parametrize("ccds", [False, True])
+@each("ccds", [False, True])
 def test_requests(make_timer, ccds):
     chip, timer = make_timer("TIM2")
     poke(timer, "CR2", 8 * ccds)
@@ -182,7 +181,7 @@ LOCKED = {
 }
 
 
-@pytest.mark.parametrize("level", LOCKED)
+@each("level", LOCKED)
 def test_locks(make_timer, level):
     _, timer = make_timer("TIM1")
     poke(timer, "BDTR", level << 8)

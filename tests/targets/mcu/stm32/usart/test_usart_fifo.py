@@ -9,6 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.each import each
+
 FE, NF, ORE, IDLE, RXNE, TC, TXE, RTOF = (1 << bit for bit in (1, 2, 3, 4, 5, 6, 7, 11))
 TXFE, RXFF, TCBGT, RXFT, TXFT = (1 << bit for bit in range(23, 28))
 UE, RE, TE, RXNEIE, TCIE, TXEIE, RTOIE = (1 << bit for bit in (0, 2, 3, 5, 6, 7, 26))
@@ -116,7 +118,7 @@ def test_idle_and_timeout_follow_the_last_word(make_fifo_port):
     assert port.irq.level
 
 
-@pytest.mark.parametrize("field", range(6))
+@each("field", range(6))
 def test_interrupt_at_the_threshold_of_the_receiver(make_fifo_port, field):
     port = make_fifo_port().open(cr1=FIFOEN | RE, cr3=RXFTIE | field << 25)
     hear(port, *range(THRESHOLDS[field] - 1))
@@ -164,7 +166,7 @@ def test_sixteen_words_wait_behind_the_one_that_is_sent(port):
     assert {later - earlier for earlier, later in pairwise(starts)} == {10 * port.bit}
 
 
-@pytest.mark.parametrize("field", range(6))
+@each("field", range(6))
 def test_interrupt_at_the_threshold_of_the_transmitter(make_fifo_port, field):
     port = make_fifo_port().open(cr1=FIFOEN | TE, cr3=TXFTIE | field << 29)
     assert port.irq.level, "all places are empty"
@@ -205,7 +207,7 @@ def test_clearing_ue_empties_both(port):
 PRESCALERS = (1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256, 256, 256, 256, 256)
 
 
-@pytest.mark.parametrize("field", range(16))
+@each("field", range(16))
 def test_the_prescaler_divides_the_kernel_clock(make_fifo_port, field):
     port = make_fifo_port(kernel_hz=120_000_000)
     port.poke("PRESC", field)

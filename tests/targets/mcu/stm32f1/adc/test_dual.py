@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from tests.each import each
+
 SCAN, JDISCEN, CONT, DMA = 1 << 8, 1 << 12, 2, 1 << 8
 TIM3, TIM2 = 1 << 20 | 4 << 17, 1 << 15 | 2 << 12
 SHORTEST = 14
@@ -135,7 +137,7 @@ def test_simultaneous_and_alternate_triggers_between(pair, expected):
     assert found[1][1] == expected(1) | expected(4) << 16
 
 
-@pytest.mark.parametrize("mode", [6, 7, 8, 5, 9])
+@each("mode", [6, 7, 8, 5, 9])
 def test_a_slave_that_takes_no_part_is_noted(make_rig, mode):
     rig = make_rig()
     rig.on(cr1=mode << 16, cr2=TIM3 | TIM2)

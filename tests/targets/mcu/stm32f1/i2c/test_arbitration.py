@@ -6,6 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.each import each
+
 START, STOP, ACK = 1 << 8, 1 << 9, 1 << 10
 PE, SWRST = 1, 1 << 15
 BIT = 720
@@ -66,8 +68,8 @@ class TestBytes:
         assert 9 * BIT <= both.chip.time.now - begin <= 9 * BIT + 8
         assert winner.state() == {"MSL", "BUSY", "TRA"}
 
-    @pytest.mark.parametrize("first", ["master", "slave"])
-    @pytest.mark.parametrize("better", ["master", "slave"])
+    @each("first", ["master", "slave"])
+    @each("better", ["master", "slave"])
     def test_the_winner_writes_the_memory(self, make_pair, first, better):
         pair = begun(make_pair(), first)
         winner = getattr(pair, better)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
-import pytest
-
 from targets.mcu.i2c_bus import I2cBus
 from targets.mcu.nets import Nets
 from targets.mcu.pins import PadMode, Pins
 from targets.mcu.signals import Signals
 from targets.mcu.stm32f1.i2c_joined import join
 from targets.mcu.testing import FakeChip
+from tests.each import each
 
 NAMES = ("PB6", "PB7", "PB8", "PB9", "PB10", "PB11")
 
@@ -49,7 +48,7 @@ class Chip:
         return bool(found[0])
 
 
-@pytest.mark.parametrize(
+@each(
     ("wires", "joined"),
     [
         ((), False),
@@ -68,7 +67,7 @@ def test_by_both_wires_or_not_at_all(wires, joined):
     assert chip.joined is joined
 
 
-@pytest.mark.parametrize("pin", ["PB6", "PB7", "PB10", "PB11"])
+@each("pin", ["PB6", "PB7", "PB10", "PB11"])
 def test_a_pin_that_the_program_moves_itself_carries_no_signal(pin):
     chip = Chip().wire("PB6", "PB10").wire("PB7", "PB11")
     chip.configure(pin, PadMode.OPEN_DRAIN)

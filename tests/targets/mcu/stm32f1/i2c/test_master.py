@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
+from tests.each import each
 
 PE, START, STOP, ACK, POS, SWRST = 1, 1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 15
 ITERREN, ITEVTEN, ITBUFEN, DMAEN, LAST = (1 << bit for bit in range(8, 13))
@@ -60,9 +61,7 @@ class TestSending:
         rig.poke("DR", 2)
         assert rig.flags() == {"TXE"}
 
-    @pytest.mark.parametrize(
-        ("ccr", "cycles"), [(180, 720), (30 | 1 << 15, 180), (4 | 3 << 14, 200), (0xFFF, 16_380), (4, 16)]
-    )
+    @each(("ccr", "cycles"), [(180, 720), (30 | 1 << 15, 180), (4 | 3 << 14, 200), (0xFFF, 16_380), (4, 16)])
     def test_how_long_a_bit_takes(self, make_rig, ccr, cycles):
         """CCR in standard mode twice, in fast mode three or 25 times, in clocks of PCLK1."""
         rig = make_rig().enable(ccr)

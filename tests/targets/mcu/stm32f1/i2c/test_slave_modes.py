@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import crcmod.predefined
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
+from tests.each import each
 
 SMBUS, SMBTYPE, ENARP, ENPEC, ENGC, NOSTRETCH = (1 << bit for bit in (1, 3, 4, 5, 6, 7))
 START, STOP, ACK, POS, PEC, ALERT = (1 << bit for bit in range(8, 14))
@@ -18,7 +19,7 @@ pec_of = crcmod.predefined.mkPredefinedCrcFun("crc-8")
 
 
 class TestAddresses:
-    @pytest.mark.parametrize(
+    @each(
         ("control", "oar2", "byte", "state"),
         [
             (0, 0x35 << 1 | 1, 0x35 << 1, {"DUALF"}),
@@ -80,7 +81,7 @@ class TestAddresses:
         pair.begin(HEADER | 1)  # a STOP ends that it was addressed
         assert master.flags() == {"AF"}
 
-    @pytest.mark.parametrize("header", [HEADER ^ 2, HEADER ^ 4, 0xA4])
+    @each("header", [HEADER ^ 2, HEADER ^ 4, 0xA4])
     def test_ten_bits_of_another(self, make_pair, header):
         pair = make_pair(oar1=0x4000 | ADDMODE | TEN)
         pair.begin(header)
@@ -145,7 +146,7 @@ class TestWithoutStretching:
 
 
 class TestPacketErrorCode:
-    @pytest.mark.parametrize("error", [0, 4])
+    @each("error", [0, 4])
     def test_of_a_slave_that_receives(self, make_pair, error):
         pair = make_pair(control=ENPEC)
         master, slave = pair.master, pair.slave
@@ -287,7 +288,7 @@ class TestTimeouts:
         pair.chip.advance(100 * MS)
         assert pair.slave.flags() == {"ADDR"}
 
-    @pytest.mark.parametrize("own", [True, False])
+    @each("own", [True, False])
     def test_a_master_that_holds_scl_for_25_ms(self, make_pair, own):
         """Whether the slave is addressed or not: the lines are released, and the communication is over for it."""
         pair = make_pair(control=SMBUS)

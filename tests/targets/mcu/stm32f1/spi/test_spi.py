@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from targets.mcu.services import Watch
 from targets.mcu.stm32f1.spi_crc import crc_of
+from tests.each import each
 
 CPHA, CPOL, MSTR, SPE, LSBFIRST, SSI, SSM, RXONLY, DFF, CRCNEXT, CRCEN, BIDIOE, BIDIMODE = (
     1 << bit for bit in (0, 1, 2, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)
@@ -395,8 +396,8 @@ class TestLines:
         rig.clocks(40, br=2)
         assert got == [1, 2, 3]
 
-    @pytest.mark.parametrize("watch", [Watch.RECORD, Watch.LIVE])
-    @pytest.mark.parametrize("mode", [0, 1, 2, 3])
+    @each("watch", [Watch.RECORD, Watch.LIVE])
+    @each("mode", [0, 1, 2, 3])
     def test_what_the_pins_do(self, make_rig, watch, mode):
         """RM0008 figure 240: MOSI is steady at the edges at which a slave samples."""
         rig = make_rig()

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.serial_line import SerialFormat, Words
 from targets.mcu.services import Watch
 from targets.mcu.timebase import NS_PER_S
+from tests.each import each
 from tests.share import examples
 
 UE, M, PCE, TE, RE, SBK = 0x2000, 0x1000, 0x400, 8, 4, 1
@@ -116,7 +116,7 @@ def test_expected_frames_are_heard_as_if_they_came_one_by_one(make_port, groups,
     assert heard(make_port, groups, actions, by_the_block) == heard(make_port, groups, actions, one_by_one)
 
 
-@pytest.mark.parametrize(
+@each(
     "actions",
     [
         [(drive, True), (drive, False), (drive, True)],

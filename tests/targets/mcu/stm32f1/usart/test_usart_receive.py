@@ -9,14 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.serial_line import LineReceiver, SerialFormat, SerialFrame
+from tests.each import each
 
 PE, FE, NE, ORE, IDLE, RXNE, TC, TXE, LBD = (1 << bit for bit in range(9))
 UE, M, WAKE, PCE, PS, RE, RWU = 0x2000, 0x1000, 0x800, 0x400, 0x200, 4, 2
 QUIET = TXE | TC
 
 
-@pytest.mark.parametrize("brr", [16, 17, 78, 625, 7500])
-@pytest.mark.parametrize("divider", [1, 2])
+@each("brr", [16, 17, 78, 625, 7500])
+@each("divider", [1, 2])
 def test_rxne_in_the_middle_of_the_stop_bit(make_port, brr, divider):
     port = make_port(72_000_000, {"APB1": divider}, "USART3").open(brr)
     start = port.now
@@ -533,7 +534,7 @@ class TestOtherRates:
             if flags & RXNE:
                 heard.append((port.peek("DR"), bool(flags & FE), bool(flags & NE)))
 
-    @pytest.mark.parametrize(("m", "tolerated"), [(0, "3.75"), (M, "3.41")])
+    @each(("m", "tolerated"), [(0, "3.75"), (M, "3.41")])
     def test_tolerance_of_a_fast_sender(self, make_port, m, tolerated):
         """RM0008, "USART receiver's tolerance when DIV_Fraction is 0"; a hundredth of a percent for whole cycles."""
         for percent, clean in (

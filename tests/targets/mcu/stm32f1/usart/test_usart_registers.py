@@ -8,6 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.each import each
+
 RESET = {"SR": 0xC0, "DR": 0, "BRR": 0, "CR1": 0, "CR2": 0, "CR3": 0, "GTPR": 0}
 WRITABLE = {"BRR": 0xFFFF, "CR1": 0x3FFE, "CR2": 0x7F6F, "CR3": 0x7FF, "GTPR": 0xFFFF}
 
@@ -85,7 +87,7 @@ def test_the_format_for_people(port, cr1, cr2, text):
     assert str(port.usart.format) == text
 
 
-@pytest.mark.parametrize(
+@each(
     ("hclk_hz", "divider", "brr", "baud"),
     # RM0008, "Error calculation for programmed baud rates": 36 MHz and 72 MHz
     [
@@ -154,7 +156,7 @@ def test_lines_are_the_levels_of_flags_and_enables(make_port, flags, enables, lb
     assert port.dma_rx.level is bool(rxne & dmar)
 
 
-@pytest.mark.parametrize("name", ["USART1", "USART2", "USART3"])
+@each("name", ["USART1", "USART2", "USART3"])
 def test_each_has_its_own_lines(make_port, name):
     port = make_port(name=name).open(cr1=0x20AC, cr3=0xC0)
     port.hear(0x12)

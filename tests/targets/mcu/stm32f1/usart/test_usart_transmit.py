@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.mcu.services import Watch
+from tests.each import each
 
 TXE, TC = 0x80, 0x40
 UE, M, PCE, PS, TE, RE, SBK = 0x2000, 0x1000, 0x400, 0x200, 8, 4, 1
@@ -33,7 +34,7 @@ RATES = [
 ]
 
 
-@pytest.mark.parametrize(("hclk_hz", "divider", "baud"), RATES)
+@each(("hclk_hz", "divider", "baud"), RATES)
 def test_txe_and_tc_to_the_cycle(make_port, baud, hclk_hz, divider):
     port = make_port(hclk_hz, {"APB1": divider}, "USART2")
     brr = (hclk_hz // divider + baud // 2) // baud

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import pytest
 
+from tests.each import each
 from tests.share import matrix
 
 PE, FE, NE, ORE, IDLE, RXNE, TC, TXE, LBD, CTS = (1 << bit for bit in range(10))
@@ -490,7 +491,7 @@ class TestHal:
 class TestArduinoCore:
     """stm32duino HardwareSerial: one byte at a time through HAL_UART_Receive_IT and a ring for Transmit_IT."""
 
-    @pytest.mark.parametrize("brr", [1250, 156])
+    @each("brr", [1250, 156])
     def test_echo_of_a_sketch(self, make_hal, brr):
         hal, cpu, far = make_hal(brr=brr)
         ring = bytearray()

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.each import each
 from tests.share import examples
 
 RXNE, TXE = 0x20, 0x80
@@ -104,7 +104,7 @@ def test_what_one_sends_the_other_receives(make_board, text, clocks, baud, ways,
         assert not sender.words
 
 
-@pytest.mark.parametrize(("percent", "fine"), [(-6, False), (-3, True), (0, True), (3, True), (7, False)])
+@each(("percent", "fine"), [(-6, False), (-3, True), (0, True), (3, True), (7, False)])
 def test_how_far_rates_may_be_apart(make_board, percent, fine):
     words = [0x55, 0x00, 0xFF, 0x80, 0x01] * 4
     stations = []
