@@ -21,7 +21,7 @@ DATA = Path(__file__).parents[1] / "hilbench" / "data"
 QUOTED = re.compile(r"'(hilbench [^']*)'")
 FILES = ("bench", "board")
 GROUPS = {
-    "See a bench live": ("dashboard", "attach", "replay"),
+    "See a bench live": ("dashboard", "demo", "attach", "replay"),
     "Check": ("check", "campaign", "shrink", "report"),
     "Run and serve": ("run", "serve", "proxy", "init"),
     "Recordings and bytes": ("decode", "export", "render", "diff"),

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from hilbench.links import Port
     from hilbench.mcu.emulated import EmulatedBench
     from hilbench.plugins.dashboard import Dashboard
+    from hilbench.plugins.demo import Demo
     from hilbench.terminal.options import TargetChoice
     from worlds.vehicles import Vehicle
     from worlds.world import World
@@ -314,4 +315,13 @@ class System:
 
     def dashboard(self) -> Dashboard | None:
         """Return how its benches are shown; None for as any others."""
+        return None
+
+    def demo(self, *, physics: bool) -> Demo | None:
+        """Return the script of ``hilbench demo NAME``; None for none.
+
+        Args:
+            physics: whether a physics engine is installed; without one a bench with a world may not open.
+        """
+        del physics
         return None

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 DEFAULT_BENCH = "pioneer"
 """The bench that is meant where none is named and no file is there."""
 
+DEFAULT_DEMO = "rover"
+"""The system whose demo is played where none is named."""
+
 THROUGH = ("pty", "tcp", "rfc2217", "proxy")
 """What ``check --through`` takes."""
 
