@@ -92,11 +92,9 @@ class BenchHere:
             self._folder.cleanup()
 
 
-def script_of(system: str) -> Demo:
-    """Return the demo of a system, for physics."""
-    demo = PLUGINS.systems.get(system, system).demo(physics=True)
-    assert demo is not None
-    return demo
+def script_of(system: str, *, physics: bool = True) -> Demo:
+    """Return the demo of a system."""
+    return PLUGINS.systems.demos(physics=physics)[system]
 
 
 class Filmed(DemoDashboard):

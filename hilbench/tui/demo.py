@@ -16,7 +16,7 @@ from hilbench.tui.bench_process import BenchProcess, Phase
 from hilbench.tui.check_run import CheckRun
 from hilbench.tui.checks_pane import ChecksPane
 from hilbench.tui.lines import Lines
-from hilbench.tui.model.playing import Playing, Seen, latest
+from hilbench.tui.model.playing import Playing, Seen, figures
 from hilbench.tui.views.caption import caption_keys, caption_of, caption_view, words_of
 
 __all__ = ["DemoDashboard"]
@@ -145,7 +145,7 @@ class DemoDashboard(Dashboard, inherit_bindings=False):
             ns=0 if model is None else model.ns,
             live=self.process.phase is Phase.LIVE and model is not None,
             checked=run is None or run.code is not None,
-            figures=latest(model),
+            figures={name: values for name, (values, _) in figures(model).items()},
             verdicts={} if run is None else {row.id: row.state for row in run.checks.rows.values()},
         )
 

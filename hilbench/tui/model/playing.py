@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from hilbench.plugins.demo import Demo, Scene
 from hilbench.tui.model.bench import BenchModel
 
-__all__ = ["Playing", "Seen", "latest"]
+__all__ = ["Playing", "Seen", "figures"]
 
 _NS_PER_S = 1_000_000_000
 
@@ -117,7 +117,16 @@ class Playing:
         return wrong
 
 
-def latest(model: BenchModel | None) -> dict[str, tuple[float, ...]]:
-    """Return the latest values of each signal of a bench."""
-    signals = {} if model is None else model.signals.signals
-    return {name: tuple(points[-1][1] for points in one.parts if points) for name, one in signals.items()}
+def figures(model: BenchModel | None) -> dict[str, tuple[tuple[float, ...], str]]:
+    """Return the latest values and the unit of each signal of a bench; the duty of a pin at rest is 0 or 100 %."""
+    if model is None:
+        return {}
+    signals = model.signals.signals
+    found = {
+        name: (tuple(points[-1][1] for points in one.parts if points), one.unit) for name, one in signals.items()
+    }
+    for pin in model.pins.pins.values():
+        if f"{pin.pin} duty" in found:
+            wave = pin.wave(model.ns)
+            found[f"{pin.pin} duty"] = ((100 * wave[1] / wave[0] if wave else 100.0 * bool(pin.level),), "%")
+    return found

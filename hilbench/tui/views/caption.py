@@ -10,7 +10,7 @@ from rich.text import Text
 
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.checks import RUNNING, ChecksModel
-from hilbench.tui.model.playing import Playing
+from hilbench.tui.model.playing import Playing, figures
 from hilbench.tui.views.words import HEAD
 
 __all__ = ["caption_keys", "caption_of", "caption_view", "words_of"]
@@ -24,9 +24,9 @@ def words_of(playing: Playing, model: BenchModel | None, checks: ChecksModel | N
     words = {"since": f"{playing.since_s(0 if model is None else model.ns):.1f} s"}
     if model is not None:
         words["faults"] = str(sum(model.faults.values()))
-        for name, signal in model.signals.signals.items():
-            values = "/".join(f"{points[-1][1]:.2f}" for points in signal.parts if points)
-            words[name] = f"{values} {signal.unit}".rstrip().replace("-0.00", "0.00")
+    for name, (values, unit) in figures(model).items():
+        shown = "/".join(f"{value:.2f}" for value in values)
+        words[name] = f"{shown} {unit}".rstrip().replace("-0.00", "0.00")
     rows = () if checks is None else checks.rows.values()
     if rows:
         words["verdict"] = ", ".join(

@@ -12,8 +12,9 @@ from hilbench.cli import main
 from hilbench.plugins.demo import Check, Demo, LiveBench, Scene
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.strict.changes import parse_change
+from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.checks import ChecksModel
-from hilbench.tui.model.playing import Playing, Seen, latest
+from hilbench.tui.model.playing import Playing, Seen, figures
 from hilbench.tui.views.caption import caption_keys, caption_of, caption_view, words_of
 from tests.each import each
 
@@ -127,7 +128,17 @@ def test_a_caption_has_what_was_measured(model_of):
     assert caption_of("{throttles} {faults} {since} {verdict} {nothing}", words) == (
         f"{words['throttles']} {sum(model.faults.values())} 6.0 s … …"
     )
-    assert len(latest(model)["rpm"]) == len(words["rpm"].split("/")) == 4
+    assert len(figures(model)["rpm"][0]) == len(words["rpm"].split("/")) == 4
+
+
+def test_a_pin_that_has_come_to_rest_has_no_duty_any_more():
+    model = BenchModel({"bench": "own", "live": {}})
+    edges = [(0, True), (5, False), (20, True), (25, False), (40, True), (45, False)]
+    model.take({"kind": "pin", "source": "a.PB1", "level": level, "ns": ms * 1_000_000} for ms, level in edges)
+    assert figures(model)["PB1 duty"] == ((25.0,), "%")
+    model.take([{"kind": "mark", "ns": NS_PER_S}])
+    assert figures(model)["PB1 duty"] == ((0.0,), "%")
+    assert figures(None) == {}
 
 
 def test_a_caption_has_the_verdict_of_the_check():
@@ -246,3 +257,13 @@ def test_without_a_terminal_it_is_one_line(capfd):
     assert main(["demo"]) == 2
     said = "hilbench: the dashboard needs a terminal, and this is none; start it in a terminal window\n"
     assert capfd.readouterr() == ("", said)
+
+
+@pytest.mark.exhaustive("minutes of bench time in the emulator; the gate has the script, and a session on recordings")
+@pytest.mark.parametrize("physics", [True, False])
+def test_our_demo_shows_what_it_says(physics):
+    from measure.demo_picture import played, script_of
+
+    app = asyncio.run(played(script_of("rover", physics=physics)))
+    assert (app.playing.broken, app.problem, app.return_code) == ([], "", 0)
+    assert len(app.screens) == len(app.playing.demo.scenes)
