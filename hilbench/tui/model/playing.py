@@ -122,9 +122,7 @@ def figures(model: BenchModel | None) -> dict[str, tuple[tuple[float, ...], str]
     if model is None:
         return {}
     signals = model.signals.signals
-    found = {
-        name: (tuple(points[-1][1] for points in one.parts if points), one.unit) for name, one in signals.items()
-    }
+    found = {name: (tuple(points[-1][1] for points in one.parts if points), one.unit) for name, one in signals.items()}
     for pin in model.pins.pins.values():
         if f"{pin.pin} duty" in found:
             wave = pin.wave(model.ns)
