@@ -157,9 +157,9 @@ def test_a_caption_that_is_too_long_shows_that():
 
 def test_the_keys_stand_beside_the_time_that_is_left():
     one = playing(scene(lasts_s=70))
-    assert caption_keys(one) == "space pause  n next  q quit   1/2  1:12 left"
+    assert caption_keys(one) == "space Pause  n Next  q Quit   1/2  1:12 left"
     one.paused = True
-    assert caption_keys(one) == "space continue  n next  q quit   1/2  PAUSED"
+    assert caption_keys(one) == "space Continue  n Next  q Quit   1/2  PAUSED"
 
 
 # --- the scripts of our systems
