@@ -147,7 +147,9 @@ class Drive:
         """
         self.follow()
         if not self.until(lambda: self.now.speed_m_s > 0.5, STARTED_WITHIN_S):
-            raise Violation(f"the car stands {STARTED_WITHIN_S:g} s after power-on, though commands come", self.said())
+            raise Violation(
+                f"the car stands {STARTED_WITHIN_S:g} s after power-on, though it is commanded", self.said()
+            )
 
     def reach(self, speed_m_s: float, within_s: float = 15.0) -> None:
         """Drive until the car is as fast as that.

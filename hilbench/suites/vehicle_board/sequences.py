@@ -93,7 +93,7 @@ def test_two_messages_at_once_in_each_order(vehicle: Vehicle) -> None:
         sound = [frame for name in pair if (frame := COMMANDS[name][1]) is not None]
         moving = [got for got in frames if got.packet is not None and got.packet.speed not in (0.0, BEFORE.speed)]
         if bool(moving) != bool(sound):
-            raise Violation(f"{len(moving)} frames of the two were handed on", vehicle.shown(frames[-6:]))
+            raise Violation(f"{len(moving)} frames of the two were forwarded", vehicle.shown(frames[-6:]))
         if sound:
             vehicle.require_frame(moving[-1], sound[-1], "the last frame of a command")
 

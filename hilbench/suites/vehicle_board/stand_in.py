@@ -41,7 +41,7 @@ def test_damaged_messages_are_none(vehicle: Vehicle) -> None:
     vehicle.require_modes(frames, Mode.AUTOWARE)
     for got in frames:
         vehicle.require_frame(got, F1, "the frame of the sound commands")
-    assert vehicle.stack.request(ControlMode.MANUAL).success, "a sound request behind that is refused"
+    assert vehicle.stack.request(ControlMode.MANUAL).success, "a valid request after that is refused"
 
 
 @on_board("VB55", lasts_s=9.0, noisy=True)  # in AUTOWARE without commands is sent what nobody filled (VB04)

@@ -16,7 +16,7 @@ def _setting(default: Any, unit: str, source: str) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AgentSettings:
-    """The agent as micro-ROS expects it, unless told otherwise.
+    """The agent. The defaults are what micro-ROS expects.
 
     Raises:
         ValueError: a value makes no agent. The message begins with the name of the setting.
