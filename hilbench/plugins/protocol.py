@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, get_type_hints
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hilbench.bench.line_peer import LinePeer
     from hilbench.links import Port
 
-__all__ = ["API", "ClauseEntry", "Device", "FirstTest", "ProtocolPlugin", "Recorded"]
+__all__ = ["API", "ClauseEntry", "Device", "FirstTest", "ProtocolPlugin", "Quantity", "Recorded"]
 
 API = 1
 """Of this record; a plug-in says which one it was written for."""
@@ -104,6 +104,28 @@ class FirstTest:
     text: str
 
 
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """What a field of a message is, where its name does not end with its unit.
+
+    Attributes:
+        label: what people call it.
+        unit: of the value once it is multiplied; empty of a bare number.
+        scale: what the value in the frame is multiplied by to be in that unit.
+        wraps_at: a counter that begins anew there is shown as what is nearest to 0; 0 of one that does not.
+    """
+
+    label: str
+    unit: str = ""
+    scale: float = 1.0
+    wraps_at: int = 0
+
+
+def _no_quantities(live: Mapping[str, Any]) -> Mapping[str, Quantity]:
+    del live
+    return {}
+
+
 def _one_region(raw: bytes, options: object, *, sent: bool) -> list[Region]:
     del options, sent
     return laid_out(raw, [("frame", len(raw))])
@@ -122,13 +144,17 @@ class ProtocolPlugin:
         decoder: makes a decoder of a stream: how it is read, and who sends it.
         options: how frames are read, a dataclass whose fields all have defaults; each becomes a flag of those commands
             that show frames. The metadata ``help`` of a field says what it is.
+        quantities: returns what fields are whose names do not end with their units, by their names: of what the header
+            of a journal says of the bench, such as how far a count of its vehicle is.
+        answers: the names of messages that answer a request, by the name of the request; a dashboard joins them.
         regions: returns what the bytes of a sound frame are, ``regions(raw, options, sent=...)``, where a host
             sent or heard it; the whole frame is one region if it says nothing.
         checksum: returns how the frames that are read in this way are checked, for whoever changes one on its way; None
             where they are not, or not by one rule.
         longest_frame: in bytes: what may be left of a frame where a recording begins.
         clauses: returns the rules of the protocol.
-        encode: makes the frame of a message, for a suite's ``peer.send``: ``encode(message, options)``.
+        encode: makes the frame of a message, for a suite's ``peer.send`` and for who edits one in the dashboard:
+            ``encode(message, options)``.
         settle: brings a real target back to where a case may begin, by what it sends with a peer; None sends nothing.
         peer: makes the checker's end of a line, of a bench, a port and the program that a board runs; None for one
             that knows frames by the decoder.
@@ -149,6 +175,8 @@ class ProtocolPlugin:
     summary: str = ""
     help: str = ""
     options: type[Any] = NoOptions
+    quantities: Callable[[Mapping[str, Any]], Mapping[str, Quantity]] = _no_quantities
+    answers: Mapping[str, Collection[str]] = field(default_factory=dict)
     regions: Callable[..., list[Region]] = _one_region
     checksum: Callable[[Any], Checksum] | None = None
     longest_frame: int = 256

@@ -16,13 +16,12 @@ ROBOT = Dashboard(kind="robot")
 BOARD = Dashboard(
     kind="board",
     wide=(
-        (4, (("pins", 3), ("link", 2), ("timers", 2), ("counters", 3))),
-        (5, (("console", 2), ("plots", 3), ("world", 3), ("frames", 2))),
-        (4, (("log", 3), ("states", 3), ("checks", 3))),
+        (4, (("pins", 9), ("link", 2), ("timers", 2), ("counters", 3))),
+        (6, (("world", 4), ("plots", 3))),
+        (4, (("console", 4), ("log", 4), ("states", 3), ("checks", 4), ("frames", 2), ("messages", 2))),
     ),
-    narrow=(
-        "pins", "console", "log", "plots", "world", "frames", "states", "link", "timers", "counters", "checks",
-    ),
+    below=(),
+    narrow=("world", "console", "pins", "log", "plots", "checks"),
 )  # fmt: skip
 """Of those on which none of our clients speaks."""
 
