@@ -394,7 +394,7 @@ class Dashboard(Saving):
     def _toggle_plot(self, name: str) -> None:
         plots = self.query_one(PlotsPane)
         kept = [one for one in plots.plotted if one != name]
-        self._plot(kept if name in plots.plotted else [*plots.plotted, name], plots.span_s)
+        self._plot(kept if name in plots.plotted else [name, *plots.plotted], plots.span_s)
 
     def _plot(self, signals: list[str] | None, span_s: int) -> None:
         self.query_one(PlotsPane).choose(signals, span_s)

@@ -47,7 +47,7 @@ class ComposeScreen(Dialog[bytes]):
 
     def _rows(self) -> Iterator[Horizontal]:
         for name, value in self._values.items():
-            shown = Input(text_in(value), name=name, disabled=not can_be_edited(value), compact=True)
+            shown = Input(text_in(value), id=f"field-{name}", disabled=not can_be_edited(value), compact=True)
             yield Horizontal(Label(name), shown, classes="row")
 
     def on_mount(self) -> None:
@@ -77,7 +77,7 @@ class ComposeScreen(Dialog[bytes]):
             self._look()
 
     def _made(self) -> bytes:
-        typed = {str(one.name): one.value for one in self.query(Input) if not one.disabled}
+        typed = {str(one.id).removeprefix("field-"): one.value for one in self.query(Input) if not one.disabled}
         return self._frame.made_anew(edited(self._frame.item.message, typed))
 
     def _look(self) -> None:

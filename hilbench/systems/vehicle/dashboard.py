@@ -89,7 +89,7 @@ DASHBOARD = Dashboard(
     kind="vehicle",
     shows=frozenset({"car"}),
     wide=(
-        (4, (("pins", 11), ("link", 7), ("timers", 9))),
+        (4, (("pins", 10), ("link", 9), ("timers", 10))),
         (5, (("world", 3), ("plots", 2))),
         (4, (("states", 5), ("counters", 4), ("console", 2), ("checks", 4))),
     ),

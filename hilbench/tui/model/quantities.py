@@ -14,8 +14,8 @@ __all__ = ["numbers_of", "quantity_of", "text_of"]
 _UNITS = (
     ("_mm_s", "mm/s", 1.0), ("_m_s2", "m/s²", 1.0), ("_m_s", "m/s", 1.0), ("_deg_s", "°/s", 1.0),
     ("_rad_s", "rad/s", 1.0), ("_cdeg", "°", 0.01), ("_deg", "°", 1.0), ("_rad", "rad", 1.0), ("_kmh", "km/h", 1.0),
-    ("_dv", "V", 0.1), ("_rpm", "rpm", 1.0), ("_v", "V", 1.0), ("_a", "A", 1.0), ("_c", "°C", 1.0), ("_mgauss", "mG", 1.0),
-    ("_mm", "mm", 1.0), ("_m", "m", 1.0), ("_percent", "%", 1.0),
+    ("_dv", "V", 0.1), ("_rpm", "rpm", 1.0), ("_v", "V", 1.0), ("_a", "A", 1.0), ("_c", "°C", 1.0),
+    ("_mgauss", "mG", 1.0), ("_mm", "mm", 1.0), ("_m", "m", 1.0), ("_percent", "%", 1.0),
 )  # fmt: skip
 """How fields with a unit end their names; what the value is multiplied by to be in it."""
 _DIGITS = 5

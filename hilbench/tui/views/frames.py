@@ -100,7 +100,7 @@ def _answer(row: FrameRow) -> Text:
         return Text("")
     after = ns_words(row.frame.ns - row.request.ns)
     asked = " ".join([row.request.item.name, *(one.text for one in row.request.fields)])
-    return Text.assemble(("answers ", DIM), asked, (f" after {after}  ", DIM))
+    return Text.assemble(("to ", DIM), asked, (f" in {after}  ", DIM))
 
 
 def fields_text(frame: FrameModel) -> Text:

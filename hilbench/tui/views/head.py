@@ -103,16 +103,16 @@ def _live(model: BenchModel, actions: Collection[str]) -> tuple[str, Keys]:
     usual = [("i", "a fault")] * ("inject" in actions) + [("t", "checks")]
     usual += [("M", "messages")] * bool(model.frames.protocols)
     world = model.world
-    where = f"{world.vehicle or target_words(model)}{f' in {world.scene}' if world.scene else ''}"
+    where = f" {world.vehicle}{f' ({world.scene})' if world.scene else ''}" if world.vehicle else ""
     if model.paused:
         return "Bench time stands still.", [("p", "goes on"), ("n", "0.1 s"), *usual]
     if model.driver.by_hand:
-        return f"You drive {where}; let go, and it stops.", [("space", "stops"), ("o", "demo"), *usual]
+        return f"You drive{where}; let go, and it stops.", [("space", "stops"), ("o", "demo"), *usual]
     if not model.driver.nobody:
-        return f"The demo drives {where}.", [("wasd", "you drive")] * ("drive" in actions) + usual
+        return f"The demo drives{where}.", [("wasd", "you drive")] * ("drive" in actions) + usual
     if "drive" in actions:
         keys = [("c", "connects")] * ("connect" in actions) + [("wasd", "drives")]
-        return f"Nobody drives {where}.", [*keys, *[("o", "demo")] * ("demo" in actions), *usual]
+        return f"Nobody drives{where}.", [*keys, *[("o", "demo")] * ("demo" in actions), *usual]
     if model.live.get("boards"):
         own = [("r", "resets"), ("I", "a stimulus")]
         return f"{target_words(model)} runs its firmware.", own + usual

@@ -12,6 +12,7 @@ from hilbench.tui.views.words import DIM, HEAD, LIT, fit, ns_words, seconds
 
 __all__ = ["message_view", "messages_view"]
 
+_NAME_AT = 24
 _WITH_COUNT = 80
 """With fewer columns there is room for the rate alone (choice)."""
 
@@ -96,7 +97,8 @@ def _field(field: Field, breadth: int, width: int, *, points: bool, plotted: boo
         (f"{field.quantity.label:<{breadth}}  ", HEAD),
         f"{field.text} ",
         (field.quantity.unit, DIM),
-        (f"   {field.name}" if field.name != field.quantity.label else "", DIM),
     )
+    text.pad_right(_NAME_AT + breadth - text.cell_len)
+    text.append(f" {field.name}", DIM)
     text = fit(text, width)
     return Text(f"{text.plain:<{width}}", LIT) if points else text

@@ -62,7 +62,7 @@ def test_columns_are_aligned_and_times_have_their_milliseconds_after_a_minute_to
     assert [line.index(way) for line, way in zip(lines, "<⇄<<", strict=True)] == [lines[0].index("<")] * 4
     assert lines[1].split()[:3] == ["0:01:01.990", "+10.0", "ms"]
     assert "GeneralReport" in lines[1]
-    assert "answers REQUEST_TMY after 10.0 ms" in lines[1]
+    assert "to REQUEST_TMY in 10.0 ms" in lines[1]
     assert "rpm 1.5 0 1.5 0 rpm" in lines[0]
     assert "!! " in lines[2]
     assert frames_view(rows_of(frames), 90, 9)[2].spans[-1].style == "bold red"
