@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, get_type_hints
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hilbench.bench.line_peer import LinePeer
     from hilbench.links import Port
 
-__all__ = ["API", "ClauseEntry", "Device", "FirstTest", "ProtocolPlugin", "Recorded"]
+__all__ = ["API", "ClauseEntry", "Device", "FirstTest", "ProtocolPlugin", "Quantity", "Recorded"]
 
 API = 1
 """Of this record; a plug-in says which one it was written for."""
@@ -105,6 +105,28 @@ class FirstTest:
     text: str
 
 
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """What a field of a message is, where its name does not end with its unit.
+
+    Attributes:
+        label: what people call it.
+        unit: of the value once it is multiplied; empty of a bare number.
+        scale: what the value in the frame is multiplied by to be in that unit.
+        wraps_at: a counter that begins anew there is shown as what is nearest to 0; 0 of one that does not.
+    """
+
+    label: str
+    unit: str = ""
+    scale: float = 1.0
+    wraps_at: int = 0
+
+
+def _no_quantities(live: Mapping[str, Any]) -> Mapping[str, Quantity]:
+    del live
+    return {}
+
+
 def _one_region(raw: bytes, options: object, *, sent: bool) -> list[Region]:
     del options, sent
     return laid_out(raw, [("frame", len(raw))])
@@ -123,13 +145,17 @@ class ProtocolPlugin:
         decoder: makes the decoder of a stream, ``decoder(options, speaker)``.
         options: how frames are read: a dataclass with a default for each field. Each field becomes an option of the
             commands that show frames; its metadata ``help`` is the help text.
+        quantities: returns the quantities of fields whose names do not end with their units, by their names. It gets what
+            the header of a journal says of the bench, such as how far a count of its vehicle is.
+        answers: the names of messages that answer a request, by the name of the request. A dashboard joins them.
         regions: returns the fields of a valid frame and their bytes, ``regions(raw, options, sent=...)``; ``sent`` is
             True for a frame that the host has sent. By default the whole frame is one region.
         checksum: returns the checksum rule for these options, for tools that change frames on the line; None if there
             is no single rule.
         longest_frame: the longest frame, in bytes. So much of a frame may be left at the beginning of a recording.
         clauses: returns the clauses of the protocol.
-        encode: makes the frame of a message for ``peer.send`` in a suite: ``encode(message, options)``.
+        encode: makes the frame of a message, for ``peer.send`` in a suite and for a message that is edited in the
+            dashboard: ``encode(message, options)``.
         settle: brings a real target into the state in which a case begins; it gets a peer to send with. None sends
             nothing.
         peer: makes the checker's end of a line, from a bench, a port and the program that a board runs; None for a
@@ -152,6 +178,8 @@ class ProtocolPlugin:
     summary: str = ""
     help: str = ""
     options: type[Any] = NoOptions
+    quantities: Callable[[Mapping[str, Any]], Mapping[str, Quantity]] = _no_quantities
+    answers: Mapping[str, Collection[str]] = field(default_factory=dict)
     regions: Callable[..., list[Region]] = _one_region
     checksum: Callable[[Any], Checksum] | None = None
     longest_frame: int = 256

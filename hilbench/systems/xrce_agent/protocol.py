@@ -38,6 +38,15 @@ def _agent(settings: AgentSettings) -> SerialDevice:
     return AgentOnLine(settings)
 
 
+_ANSWERS = {
+    "CreateClient": ("StatusAgent",),
+    "Create": ("StatusReply",),
+    "Delete": ("StatusReply",),
+    "GetInfo": ("Info",),
+    "Timestamp": ("TimestampReply",),
+    "Heartbeat": ("AckNack",),
+}
+
 XRCE = ProtocolPlugin(
     api=API,
     name="xrce",
@@ -45,6 +54,7 @@ XRCE = ProtocolPlugin(
     summary="micro-ROS between a board and its agent, in serial frames or over TCP",
     help="The agent keeps a session with the client at each line, and hands on what one writes to those who read it.",
     decoder=decoding.decoder,
+    answers=_ANSWERS,
     encode=decoding.encode,
     regions=decoding.regions,
     clauses=_clauses,

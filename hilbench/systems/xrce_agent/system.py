@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from hilbench.driving.rig import Rig
     from hilbench.judging.provider import BenchProvider
     from hilbench.links import Port
+    from hilbench.plugins.dashboard import Dashboard
     from hilbench.terminal.options import TargetChoice
 
 __all__ = ["LINES", "XRCE_AGENT"]
@@ -71,6 +72,12 @@ class XrceAgent(System):
         from hilbench.systems.xrce_agent.live import attached_agent
 
         return attached_agent(bench, bench_file, ports[""], seed=seed)
+
+    def dashboard(self) -> Dashboard:
+        """See `System`."""
+        from hilbench.systems.xrce_agent.dashboard import DASHBOARD
+
+        return DASHBOARD
 
     def served(self, bench_file: BenchFile, *, scene: str | None, baud: int | None, seed: int) -> ServedTarget:
         """See `System`; its clock is the host's, unless the bench file says otherwise."""
