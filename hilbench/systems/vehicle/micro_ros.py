@@ -12,10 +12,12 @@ publishes comes as messages, what is sent reaches the board as samples, as far a
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
+from hilbench.clock import NS_PER_S
 from hilbench.systems.vehicle.micro_ros_settings import MicroRosSettings
 from hilbench.systems.vehicle.ros_messages import decode_sample, encode_sample, topic_of
 from protocols import xrce
@@ -35,6 +37,7 @@ from protocols.autoware import (
     Transmit,
     UnknownMessage,
 )
+from protocols.state_machine import earliest
 
 __all__ = ["MicroRosEnd"]
 
@@ -57,6 +60,7 @@ class MicroRosEnd:
         self._settings = settings or MicroRosSettings()
         self._open = False
         self._heard: list[Event] = []
+        self._slow_ns = round(self._settings.slow_s * NS_PER_S)
         self._start()
 
     def _start(self) -> None:
@@ -64,6 +68,7 @@ class MicroRosEnd:
         options = xrce.AgentOptions(silence_s=self._settings.silence_s)
         self._service = service = xrce.AgentService((_LINE,), options)
         self._session_id = xrce.NO_SESSION
+        self._waiting: deque[tuple[int, bytes]] = deque()  # what is said, and when it comes
         self._writers: dict[type[Message], xrce.Writer] = {}
         for kind, spec in MESSAGES.items():
             if not spec.topic:
@@ -127,20 +132,23 @@ class MicroRosEnd:
 
     def receive(self, data: bytes, now_ns: int) -> list[Event]:
         """Take bytes of the board."""
-        return self._events(self._service.receive(_LINE, data, now_ns)) if self._open else []
+        return self._events(self._service.receive(_LINE, data, now_ns), now_ns) if self._open else []
 
     def advance(self, now_ns: int) -> list[Event]:
         """Do what is due."""
-        return self._events(self._service.advance(now_ns)) if self._open else []
+        return self._events(self._service.advance(now_ns), now_ns) if self._open else []
 
     def next_deadline_ns(self) -> int | None:
         """Return when `advance` must be called, in ns, or None."""
-        return self._service.next_deadline_ns() if self._open else None
+        if not self._open:
+            return None
+        return earliest(self._service.next_deadline_ns(), self._waiting[0][0] if self._waiting else None)
 
     def line_down(self, now_ns: int) -> list[Event]:
         """Take note that the line was hung up."""
-        events = self._events(self._service.line_down(_LINE, now_ns)) if self._open else []
+        events = self._events(self._service.line_down(_LINE, now_ns), now_ns) if self._open else []
         self._open = False
+        self._waiting.clear()
         return events
 
     def send(self, message: Message | UnknownMessage, now_ns: int) -> bytes:
@@ -155,8 +163,7 @@ class MicroRosEnd:
         if not self._open:
             return b""
         identity = xrce.SampleIdentity(_GUID, message.sequence) if isinstance(message, ControlModeRequest) else None
-        written = self._service.write(writer, encode_sample(message), now_ns, identity=identity)
-        return b"".join(data for _, data in written)
+        return self._say(self._service.write(writer, encode_sample(message), now_ns, identity=identity), now_ns)
 
     def frame_of(self, message: Message) -> bytes:
         """Return the frame of a sample for the board as it would come on no stream: it counts nowhere.
@@ -188,9 +195,20 @@ class MicroRosEnd:
             message = ControlModeResponse(sequence=number % _NUMBERS, success=message.success)
         self._heard.append(MessageReceived(message=message))
 
-    def _events(self, written: Iterable[tuple[str, bytes]]) -> list[Event]:
+    def _say(self, written: Iterable[tuple[str, bytes]], now_ns: int) -> bytes:
+        """Return what goes to the board now, of this and of what was said before."""
+        data = b"".join(data for _, data in written) * self._settings.agents
+        if data:
+            self._waiting.append((now_ns + self._slow_ns, data))
+        due = b""
+        while self._waiting and self._waiting[0][0] <= now_ns:
+            due += self._waiting.popleft()[1]
+        return due
+
+    def _events(self, written: Iterable[tuple[str, bytes]], now_ns: int) -> list[Event]:
         """What has happened: bytes for the board, messages, the board found or lost."""
-        events: list[Event] = [Transmit(data=data) for _, data in written]
+        data = self._say(written, now_ns)
+        events: list[Event] = [Transmit(data=data)] if data else []
         for one in self._service.take_events():
             match one:
                 case xrce.ClientEvent(event=xrce.SessionOpened(peer=xrce.Client(session_id=session_id))):

@@ -68,7 +68,9 @@ class MicroRosPeer(StackPeer):
             message = self._clock
         elif isinstance(message, Clock):
             self._clock = message
-        self.write(self.end.send(message, self.bench.now_ns))
+        data = self.end.send(message, self.bench.now_ns)
+        if data:
+            self.write(data)
         self._wait()
 
     def wire(self, message: StackMessage) -> bytes:

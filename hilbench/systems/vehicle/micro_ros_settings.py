@@ -8,6 +8,7 @@ from typing import Any
 __all__ = ["MicroRosSettings"]
 
 _MOST_DOMAIN = 232
+_MOST_AGENTS = 4
 
 
 def _setting(default: Any, unit: str, source: str) -> Any:
@@ -24,6 +25,8 @@ class MicroRosSettings:
 
     domain_id: int = _setting(0, "", "of the driving stack's node, as ROS_DOMAIN_ID; micro-ROS's default is 0")
     silence_s: float = _setting(1.0, "s", "choice: a board that says nothing for so long is lost, as on the other link")
+    slow_s: float = _setting(0.0, "s", "fault: all that the agent says comes so much later")
+    agents: int = _setting(1, "", "fault: how many agents are at the line; each says all that one would")
 
     def __post_init__(self) -> None:
         """Checks the figures."""
@@ -31,3 +34,7 @@ class MicroRosSettings:
             raise ValueError(f"domain_id {self.domain_id} is not 0..{_MOST_DOMAIN}")
         if not 0 < self.silence_s <= 1000:
             raise ValueError(f"silence_s {self.silence_s} is not above 0 s and at most 1000 s")
+        if not 0 <= self.slow_s <= 1000:
+            raise ValueError(f"slow_s {self.slow_s} is not 0..1000 s")
+        if not 1 <= self.agents <= _MOST_AGENTS:
+            raise ValueError(f"agents {self.agents} is not 1..{_MOST_AGENTS}")

@@ -170,7 +170,16 @@ def test_names_of_topics_and_types():
 
 
 def test_settings_that_make_no_agent():
-    for wrong in ({"domain_id": -1}, {"domain_id": 233}, {"silence_s": 0}, {"silence_s": float("nan")}):
+    for wrong in (
+        {"domain_id": -1},
+        {"domain_id": 233},
+        {"silence_s": 0},
+        {"silence_s": float("nan")},
+        {"slow_s": -1},
+        {"slow_s": float("nan")},
+        {"agents": 0},
+        {"agents": 5},
+    ):
         with pytest.raises(ValueError, match=next(iter(wrong))):
             MicroRosSettings(**wrong)
 
@@ -262,6 +271,31 @@ def test_another_domain_is_not_heard(line):
     bench.run_for(0.5)
     assert board.samples(AckermannControlCommand) == []
     assert peer.modes() == []
+
+
+def test_a_slow_agent_says_all_later(line):
+    bench, link = line
+    peer = stack_peer(bench, link.a, MicroRosSettings(slow_s=0.25, silence_s=5.0))
+    board = Board(bench, link.b)
+    board.connect()
+    bench.run_for(2.0)
+    assert {*board.statuses} == {xrce.Status.OK}
+    peer.send(COMMAND)
+    bench.run_for(0.24)
+    assert board.samples(AckermannControlCommand) == []
+    bench.run_for(0.02)
+    assert board.samples(AckermannControlCommand) == [encode_sample(COMMAND)]
+
+
+def test_of_two_agents_each_says_all(line):
+    bench, link = line
+    peer = stack_peer(bench, link.a, MicroRosSettings(agents=2))
+    board = Board(bench, link.b)
+    board.connect()
+    peer.send(COMMAND)
+    bench.run_for(0.1)
+    assert board.samples(AckermannControlCommand) == [encode_sample(COMMAND)]
+    assert board.session.counters.stale > 5
 
 
 def test_without_an_agent_the_link_is_the_stand_in(line):
