@@ -256,13 +256,13 @@ _DRIVE = (
 )
 
 # Likewise, with an agent that speaks DDS-XRCE: it has all objects created, and then acknowledges nothing any more.
-_PLACES = [place for place in range(23) if place != 13]  # the sixth endpoint, a service, has no topic
+_CREATED = [place for place in range(23) if place != 13]  # the sixth endpoint, a service, has no topic
 _MICRO_ROS = (
     *_says(xrce.Info(request_id=1, object_id=xrce.OBJECT_AGENT, implementation_status=0), at_ms=20, session_id=0x80),
     *_says(xrce.StatusAgent(status=xrce.Status.OK, agent=xrce.Agent()), at_ms=25),
     *(
         one
-        for number, place in enumerate(_PLACES)
+        for number, place in enumerate(_CREATED)
         for one in (
             *_says(xrce.AckNack(first_unacked=number + 1, nack_bitmap=0, stream_id=0x80), at_ms=30 + number),
             *_says(
@@ -272,14 +272,14 @@ _MICRO_ROS = (
             ),
         )
     ),
-    *_says(xrce.AckNack(first_unacked=len(_PLACES) + 5, nack_bitmap=0, stream_id=0x80), at_ms=56),
+    *_says(xrce.AckNack(first_unacked=len(_CREATED) + 5, nack_bitmap=0, stream_id=0x80), at_ms=56),
     *(
         one
         for step in range(10)
         for one in _says(
             xrce.TopicData(request_id=0x104, object_id=0x66, data=_control(0.1 * step)),
             at_ms=60 + 33 * step,
-            number=len(_PLACES) + step,
+            number=len(_CREATED) + step,
         )
     ),
     *_CAR,
