@@ -89,6 +89,12 @@ int write_sample(uint32_t endpoint, const uint8_t *data, uint32_t count, uint32_
 
 void end(uint32_t now) { xrce_end(&here.client, now); }
 
+void number_from(uint32_t number)
+{
+    here.client.output.first = here.client.input.expected = (uint16_t)number;
+    here.client.input.latest = (uint16_t)(number - 1);
+}
+
 int state(void) { return here.client.state; }
 
 uint32_t unacknowledged(void) { return here.client.output.count; }
