@@ -145,8 +145,8 @@ class ProtocolPlugin:
         decoder: makes the decoder of a stream, ``decoder(options, speaker)``.
         options: how frames are read: a dataclass with a default for each field. Each field becomes an option of the
             commands that show frames; its metadata ``help`` is the help text.
-        quantities: returns the quantities of fields whose names do not end with their units, by their names. It gets what
-            the header of a journal says of the bench, such as how far a count of its vehicle is.
+        quantities: returns the quantities of fields whose names do not end with their units, by their names. It gets
+            what the header of a journal says of the bench, such as how far a count of its vehicle is.
         answers: the names of messages that answer a request, by the name of the request. A dashboard joins them.
         regions: returns the fields of a valid frame and their bytes, ``regions(raw, options, sent=...)``; ``sent`` is
             True for a frame that the host has sent. By default the whole frame is one region.

@@ -21,6 +21,8 @@ from hilbench.systems.vehicle.about import about_vehicle_lines
 from hilbench.systems.vehicle.board_views import BOARD_SENSES, LINK_SENSES, BoardLink, BoardModes, ControlTask
 from hilbench.systems.vehicle.car_simulator import CarHostUnderTest, CarSimulator, HostFactory, OwnCarHost, make_host
 from hilbench.systems.vehicle.hands import ModelHands, VehicleHands
+from hilbench.systems.vehicle.micro_ros_peer import stack_peer
+from hilbench.systems.vehicle.micro_ros_settings import MicroRosSettings
 from hilbench.systems.vehicle.simulator_peer import BoardPeer, SimulatorPeer
 from hilbench.systems.vehicle.stack_peer import StackPeer
 from protocols.carla import BAUD
@@ -205,6 +207,7 @@ class PairCase(CaseBase):
         settings: of the simulator's side.
         make_host: makes it.
         faults: what goes wrong on the lines.
+        micro_ros: the agent at the driving stack's line; None for the stand-in link.
 
     Attributes:
         simulator: the simulator's side, which says nothing of its car by itself.
@@ -221,12 +224,13 @@ class PairCase(CaseBase):
         *,
         make_host: HostFactory = make_host,
         faults: LineFaults | None = None,
+        micro_ros: MicroRosSettings | None = None,
     ) -> None:
         super().__init__(bench, case, faults)
         self.simulator = CarSimulator(bench, to_board, settings, make_host=make_host)
         self.simulator.connect()
         self.simulator.report_by_hand()
-        self.stack = StackPeer(bench, to_stack)
+        self.stack = stack_peer(bench, to_stack, micro_ros)
 
     def _peers(self) -> Mapping[str, LinePeer[Any]]:
         return {STACK_LINE: self.stack}
