@@ -8,7 +8,6 @@ from pathlib import Path
 
 from hilbench.tui.memory import Memory
 from hilbench.tui.model.frames import KEPT_FRAMES
-from hilbench.tui.theme import terminal_theme
 from hilbench.tui.views.help import help_text
 from tests.each import each
 
@@ -103,6 +102,8 @@ def test_a_file_that_is_damaged_is_a_line_in_the_log(process_of, on_screen, rows
 
 
 def test_a_theme_is_seen_while_it_is_pointed_at_and_its_colours_are_those_of_all_views(process_of, on_screen):
+    from hilbench.tui.theme import terminal_theme  # not to be imported where tests are collected
+
     memory = Memory()
 
     async def scenario(app, pilot):
