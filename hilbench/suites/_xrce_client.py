@@ -8,6 +8,8 @@ from typing import Any, Generic, TypeVar
 
 from hilbench.bench.protocol_peer import ProtocolPeer
 from hilbench.check import Untimely
+from hilbench.clock import NS_PER_S
+from hilbench.links import Line
 from protocols import xrce
 from protocols.xrce import Status
 from protocols.xrce.decoding import Message
@@ -24,9 +26,19 @@ SPARE_S = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Heard(Generic[SaidT]):
-    """A submessage of the client: when it came, in which message, and what it says."""
+    """A submessage of the client: when it came, in which message, and what it says.
 
+    Attributes:
+        start_ns: bench time at which the first byte of its message was complete.
+        at_ns: bench time at which the last one was.
+        message: how many messages came before that message.
+        header: of that message.
+        said: the submessage.
+    """
+
+    start_ns: int
     at_ns: int
+    message: int
     header: xrce.Header
     said: SaidT
 
@@ -55,6 +67,7 @@ class Agent:
         self.copies = 1
         self.heard: list[Heard[Any]] = []
         self._seen = peer.mark()
+        self._line_free_ns = 0
         self.restart()
 
     def restart(self) -> None:
@@ -62,6 +75,7 @@ class Agent:
         self.client: xrce.Client | None = None
         self._numbers: dict[int, int] = {}
         self._expected: dict[int, int] = {}
+        self._arrived: list[tuple[int, xrce.AckNack]] = []
 
     # --- time
 
@@ -129,6 +143,24 @@ class Agent:
         """The number of the next message on a stream."""
         return self._numbers.get(stream_id, 0)
 
+    def made_ns(self, one: Heard[Any]) -> int:
+        """Bench time at which the client may have made a message at the earliest, in ns.
+
+        What comes without a gap behind other messages may have waited behind them.
+        """
+        begun_ns = one.start_ns
+        gap_ns = self._bytes_ns(2) + round(self.peer.uncertainty_s(0) * NS_PER_S)
+        for before in reversed(self.heard[: self.heard.index(one)]):
+            if begun_ns - before.at_ns > gap_ns:
+                break
+            begun_ns = before.start_ns
+        return begun_ns
+
+    def acknowledged(self, stream_id: int, by_ns: int) -> int:
+        """The first message of a stream that no ACKNACK had acknowledged whose last byte was out at a bench time."""
+        said = [one for at_ns, one in self._arrived if at_ns <= by_ns and one.stream_id == stream_id]
+        return said[-1].first_unacked if said else 0
+
     # --- saying
 
     def header(self, stream_id: int = 0, sequence: int = 0) -> xrce.Header:
@@ -139,8 +171,12 @@ class Agent:
 
     def write(self, header: xrce.Header, *said: Any) -> None:
         """Put a message on the line."""
+        message = Message(header=header, submessages=said)
         for _ in range(self.copies):
-            self.peer.send(Message(header=header, submessages=said))
+            self.peer.send(message)
+            begun_ns = max(self.peer.bench.now_ns, self._line_free_ns)
+            self._line_free_ns = begun_ns + self._bytes_ns(len(self.peer.frame_of(message)))
+        self._arrived += [(self._line_free_ns, one) for one in said if isinstance(one, xrce.AckNack)]
 
     def say(self, *said: Any, stream_id: int = 0x80) -> None:
         """Say submessages with the next number of a stream."""
@@ -148,15 +184,20 @@ class Agent:
         self._numbers[stream_id] = xrce.after(number)
         self.write(self.header(stream_id, number), *said)
 
+    def _bytes_ns(self, count: int) -> int:
+        return Line(baud=self.peer.port.baud).bytes_ns(count)
+
     # --- answering
 
     def _answer_all(self) -> None:
-        messages = self.peer.received[self._seen :]
+        first, messages = self._seen, self.peer.received[self._seen :]
         self._seen = self.peer.mark()
-        for got in messages:
+        for number, got in enumerate(messages, first):
             if isinstance(got.packet, Message):
-                header = got.packet.header
-                self.heard += [Heard(at_ns=got.at_ns, header=header, said=one) for one in got.packet.submessages]
+                self.heard += [
+                    Heard(start_ns=got.start_ns, at_ns=got.at_ns, message=number, header=got.packet.header, said=one)
+                    for one in got.packet.submessages
+                ]
                 if not self.away:
                     self._answer(got.packet)
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from hilbench.bench import to_ns
 from hilbench.bench.protocol_peer import ProtocolPeer
 from hilbench.check import Violation, case
 from hilbench.suites._xrce_client import BEGIN_S, Agent, Heard
@@ -137,9 +138,11 @@ def test_no_more_than_the_window(agent: Agent) -> None:
 @case("XC09", bench_time_s=5.0)
 def test_what_is_not_acknowledged_is_said(agent: Agent) -> None:
     first, beat = _unacknowledged(agent)
-    last = max(one.header.sequence for one in _reliable(agent, 0) if one.at_ns < beat.at_ns)
-    found = (beat.said.first_unacked, beat.said.last_unacked, beat.said.stream_id)
-    assert found == (0, last, first.header.stream_id), f"HEARTBEAT says {found}"
+    stream_id = first.header.stream_id
+    since = agent.heard[agent.heard.index(first) : agent.heard.index(beat) + 1]
+    last = max(one.header.sequence for one in since if one.header.stream_id == stream_id)
+    found = (beat.said.first_unacked, beat.said.last_unacked)
+    assert found == (0, last), f"HEARTBEAT says {found[0]} to {found[1]}, and 0 to {last} are unacknowledged"
 
 
 @case("XC10", bench_time_s=5.0)
@@ -162,8 +165,11 @@ def test_what_is_acknowledged_is_done_with(agent: Agent) -> None:
     agent.peer.require_punctual(0, 0.05, "what was said again may have been said before it was acknowledged")
     again = sorted({one for one in seen if seen.count(one) > 1})
     assert not again, f"messages {again[:5]} come again"
-    beats = [one.said for one in agent.of(xrce.Heartbeat)]
-    assert not beats, f"HEARTBEAT of {beats[0].first_unacked} to {beats[0].last_unacked}, which were acknowledged"
+    obeyed_ns = to_ns(ANSWER_S + agent.peer.uncertainty_s(0))
+    for beat in agent.of(xrce.Heartbeat, _begun(agent)):
+        known = agent.acknowledged(beat.said.stream_id, agent.made_ns(beat) - obeyed_ns)
+        first, last = beat.said.first_unacked, beat.said.last_unacked
+        assert not xrce.is_newer(known, first), f"HEARTBEAT of {first} to {last}; up to {known - 1} is acknowledged"
 
 
 @case("XC12", bench_time_s=4.0)
@@ -286,12 +292,13 @@ def _of_session(agent: Agent, mark: int, session_id: int) -> list[Heard[Any]]:
 
 def _reliable(agent: Agent, mark: int) -> list[Heard[Any]]:
     """What came on reliable streams of the session that was begun last."""
-    since = next((at for at in range(agent.mark() - 1, -1, -1) if _begins(agent.heard[at])), 0)
-    return [one for one in agent.heard[max(mark, since) :] if xrce.is_reliable(one.header.stream_id)]
+    return [one for one in agent.heard[max(mark, _begun(agent)) :] if xrce.is_reliable(one.header.stream_id)]
 
 
-def _begins(one: Heard[Any]) -> bool:
-    return isinstance(one.said, xrce.CreateClient)
+def _begun(agent: Agent) -> int:
+    """Where the session that was begun last was asked for, in what was heard."""
+    asked = [at for at, one in enumerate(agent.heard) if isinstance(one.said, xrce.CreateClient)]
+    return asked[-1] if asked else 0
 
 
 def _messages(agent: Agent, mark: int) -> list[Heard[Any]]:

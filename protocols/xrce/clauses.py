@@ -258,7 +258,8 @@ CLIENT_CLAUSES = (
     _client_rule(
         "11",
         "What is acknowledged is done with",
-        "A message that was acknowledged does not come again, and no HEARTBEAT names it.",
+        "A message that was acknowledged does not come again, and no HEARTBEAT that is made more than 0.2 s after the "
+        "ACKNACK has come names it.",
         _SPEC + "8.4.14",
     ),
     _client_rule(

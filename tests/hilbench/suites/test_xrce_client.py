@@ -25,7 +25,9 @@ from tests.protocols.clauses import check_clauses
 
 OPTIONS = CheckOptions(bench="xrce-client", suites=("xrce-client",))
 ON_BOARD = CheckOptions(bench=str(Path(__file__).parent / "xrce_client_board.toml"))
-S = 1_000_000_000
+SLOW = CheckOptions(bench=str(Path(__file__).parent / "xrce_client_slow.toml"))
+MS = 1_000_000
+S = 1000 * MS
 
 
 def test_the_clauses_are_whole_and_each_is_cited():
@@ -36,7 +38,7 @@ def test_the_clauses_are_whole_and_each_is_cited():
 
 def not_passed(options):
     report = run_suites(options, make_provider(options))
-    return {case.clauses[0].id: case.cause for case in report.cases if case.verdict is not Verdict.PASS}
+    return {case.clause_ids[0]: case.cause for case in report.cases if case.verdict is not Verdict.PASS}
 
 
 @pytest.mark.slow("the whole suite, 21 cases")
@@ -71,12 +73,64 @@ def test_our_model_violates_nothing_at_a_port(forkable):
     assert {case.verdict for case in report.cases} <= {Verdict.PASS, Verdict.INCONCLUSIVE}
 
 
-# --- clients that are wrong
+# --- clients that are right, and other than our model
 
 
 def altered(owner, name, make):
     """What replaces an attribute, made of what was there."""
     return owner, name, make
+
+
+@contextlib.contextmanager
+def patched(alterations):
+    with pytest.MonkeyPatch.context() as patch:
+        for owner, name, make in alterations:
+            patch.setattr(owner, name, make(getattr(owner, name, None)), raising=False)
+        yield
+
+
+def judged(alterations, select, options=OPTIONS):
+    """What does not pass of the cases that are selected, with its cause."""
+    options = dataclasses.replace(options, select=select)
+    with patched(alterations):
+        report = run_suites(options, make_provider(options))
+    return {case.clause_ids[0]: (case.verdict, case.cause) for case in report.cases if case.verdict is not Verdict.PASS}
+
+
+def says_heartbeat_beside(call):
+    """Say HEARTBEAT in each message of a reliable stream, of which it is the last."""
+
+    def other(self, *args):
+        sent = b""
+        for frame in xrce.FrameReader().receive(call(self, *args)):
+            header, body = xrce.decode_header(frame.payload)
+            if xrce.is_reliable(header.stream_id):
+                beat = said.Heartbeat(first_unacked=0, last_unacked=header.sequence, stream_id=header.stream_id)
+                body = bytes(body) + bytes(-len(body) % 4) + xrce.encode_submessage(beat)
+            sent += xrce.encode_frame(xrce.encode_message(header, body))
+        return sent
+
+    return other
+
+
+def test_a_heartbeat_in_the_message_that_it_names():
+    beside = [altered(model.ModelClient, name, says_heartbeat_beside) for name in ("receive", "advance")]
+    assert judged(beside, "XC09") == {}
+
+
+def hurries(init):
+    def other(self, *args):
+        init(self, *args)
+        self._pause_ns = self._shortest_ns = 20 * MS
+
+    return other
+
+
+def test_a_heartbeat_that_crosses_the_acknack_on_a_slow_line():
+    assert judged([altered(streams.ReliableOutput, "__init__", hurries)], "XC11", SLOW) == {}
+
+
+# --- clients that are wrong
 
 
 def always(value):
@@ -133,6 +187,22 @@ def without_window(_sendable):
             self._waiting_bytes -= len(body)
             self._sent.append(streams._Sent(body, now_ns))
             yield xrce.after(self._first, len(self._sent) - 1), body
+
+    return other
+
+
+def never_done(restart):
+    def other(self, now_ns):
+        restart(self, now_ns)
+        self.due_ns = now_ns + self._pause_ns
+
+    return other
+
+
+def names_all(heartbeat):
+    def other(self, now_ns):
+        beat = heartbeat(self, now_ns)
+        return beat and dataclasses.replace(beat, first_unacked=0)
 
     return other
 
@@ -229,6 +299,14 @@ WRONG = [
         "says all twice",
         [altered(session.Session, "send", lambda send: lambda *args, **more: 2 * send(*args, **more))],
     ),
+    (
+        "XC11",
+        "says HEARTBEAT of what was acknowledged",
+        [
+            altered(streams.ReliableOutput, "_restart", never_done),
+            altered(streams.ReliableOutput, "heartbeat", names_all),
+        ],
+    ),
     ("XC12", "hears no HEARTBEAT", [altered(machine.Machine, "_take_submessage", deaf_to(said.Heartbeat))]),
     ("XC13", "does not wait for what is missing", [altered(streams.ReliableInput, "take", hands_on_at_once)]),
     ("XC14", "acknowledges once", [altered(machine.Machine, "_take_reliable", acknowledges_once)]),
@@ -246,11 +324,8 @@ WRONG = [
 def opening(right, alterations):
     @contextlib.contextmanager
     def open_case(case):
-        with pytest.MonkeyPatch.context() as patch:
-            for owner, name, make in alterations:
-                patch.setattr(owner, name, make(getattr(owner, name, None)), raising=False)
-            with right.open_case(case) as bench:
-                yield bench
+        with patched(alterations), right.open_case(case) as bench:
+            yield bench
 
     return open_case
 
