@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from hilbench.bench.protocol_peer import ProtocolPeer
-from hilbench.check import Untimely
+from hilbench.check import Inconclusive, Untimely
 from hilbench.clock import NS_PER_S
 from hilbench.links import Line
 from protocols import xrce
@@ -121,9 +121,39 @@ class Agent:
         Raises:
             Untimely: it asks for none.
         """
-        asked = self.wait(xrce.CreateClient, BEGIN_S, what="CREATE_CLIENT")
+        asked = self.asked(self.mark())
         self.serve(settle_s)
         return asked.said.client
+
+    def asked(self, mark: int = 0) -> Heard[xrce.CreateClient]:
+        """Wait until the client asks for a session, from a mark on.
+
+        Raises:
+            Untimely: it does not.
+            Inconclusive: it does not, and speaks in a session that was begun before this case, at a port.
+        """
+        try:
+            return self.wait(xrce.CreateClient, BEGIN_S, mark=mark, what="CREATE_CLIENT")
+        except Untimely:
+            if self._at_a_port and self._is_in_another_session:
+                raise Inconclusive(
+                    f"no CREATE_CLIENT within {BEGIN_S:g} s, as the client is still in the session of the case before: "
+                    "have the board reset before each case, by [port] reset in a bench file",
+                    self.peer.evidence(),
+                ) from None
+            raise
+
+    @property
+    def _at_a_port(self) -> bool:
+        """Whether the client may have run before this case began."""
+        return self.peer.bench.scheduler.locked
+
+    @property
+    def _is_in_another_session(self) -> bool:
+        """Whether it has said something in a session, and asked for none in this case."""
+        outside = (xrce.NO_SESSION, xrce.NO_SESSION_WITH_KEY)
+        inside = any(one.header.session_id not in outside for one in self.heard)
+        return inside and not any(self.of(xrce.CreateClient))
 
     # --- looking back
 

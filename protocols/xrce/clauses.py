@@ -227,13 +227,14 @@ CLIENT_CLAUSES = (
     _client_rule(
         "06",
         "No object twice",
-        "In one session no object is created again, but with reuse or replace.",
+        "In one session no object is created again, on whatever stream, but with reuse or replace.",
         _SPEC + "7.8.3.2",
     ),
     _client_rule(
         "07",
         "Numbers of a reliable stream",
-        "The messages of each reliable stream have the numbers 0, 1, 2 and so on; one that came may come again.",
+        "The messages of each reliable stream have the numbers 0, 1, 2 and so on; one that came may come again. This "
+        "clause and the next four do not apply to a client that says all on best-effort streams.",
         _SPEC + "8.3.2.3 and 8.4.14",
     ),
     _client_rule(
@@ -265,14 +266,16 @@ CLIENT_CLAUSES = (
     _client_rule(
         "12",
         "A HEARTBEAT is answered",
-        "HEARTBEAT is answered within 0.2 s with ACKNACK of that stream: what was received, and what is missing.",
+        "HEARTBEAT is answered within 0.2 s with ACKNACK of that stream: what was received, and what is missing, "
+        "at least the first of it.",
         _SPEC + "8.3.5.12 and 8.4.14",
     ),
     _client_rule(
         "13",
         "What comes too early waits",
         "Of two messages of the reliable stream whose second comes first, ACKNACK names the first as missing and not "
-        "the second; when the first has come, both are acknowledged.",
+        "the second; when the first has come, both are acknowledged. A client with room for one message, as it shows "
+        "when HEARTBEAT names two, may want the second again.",
         _SPEC + "8.4.14",
     ),
     _client_rule(
@@ -329,6 +332,15 @@ CLIENT_CLAUSES = (
         "Where each answer comes twice, as with two agents at one line, the session goes on: it is not asked for "
         "again, and what is said in it is what is said with one.",
         _SPEC + "8.4.14",
+    ),
+    _client_rule(
+        "22",
+        "What is acknowledged is handed on",
+        "A HEARTBEAT that stands in a message of the reliable stream is obeyed when all messages before it have come, "
+        "and not earlier: ACKNACK names what it announces. Nothing else that a client has to do shows at the line that "
+        "it uses what it acknowledges: whether it heeds STATUS and DATA is for its program to show.",
+        _CLIENT + "session.c, read_submessage",
+        level="should",
     ),
 )
 
