@@ -37,6 +37,7 @@ from protocols.autoware import (
     TurnIndicatorsCommand,
     VelocityReport,
 )
+from protocols.xrce import machine
 
 MS = 1_000_000
 SECOND = 1000 * MS
@@ -367,6 +368,21 @@ def test_the_firmware_hands_commands_on_through_an_agent():
     options = dataclasses.replace(OPTIONS, select="VB01 and hardened")
     (case,) = run_suites(options, make_provider(options)).cases
     assert (case.cause, case.verdict) == ("", Verdict.PASS)
+
+
+@pytest.mark.slow("runs a case of the emulated board, with its client of DDS-XRCE")
+def test_a_client_that_acknowledges_data_and_hands_none_on_is_found(monkeypatch):
+    """What DDS-XRCE obliges no client to show at its line; here the board is to it as if it had thrown DATA away."""
+
+    def without_data(said):
+        if isinstance(said, xrce.TopicData):
+            said = xrce.StatusReply(request_id=0xFFF0, object_id=0xFF11, status=xrce.Status.OK)
+        return xrce.encode_submessage(said)
+
+    monkeypatch.setattr(machine, "encode_submessage", without_data)
+    options = dataclasses.replace(OPTIONS, select="VB01 and hardened")
+    (case,) = run_suites(options, make_provider(options)).cases
+    assert case.verdict is Verdict.FAIL
 
 
 @pytest.mark.exhaustive("the whole bench twice: 260 cases on the emulated board with either link")
