@@ -102,7 +102,7 @@ class DemoDashboard(Dashboard, inherit_bindings=False):
             if self.playing.go_on(self._seen()):
                 self.begin(self.playing.scene)
             else:
-                self.leave(ExitCode.INCONCLUSIVE if self.playing.broken else ExitCode.OK)
+                self.action_end()
         self._caption()
 
     def show(self) -> None:
@@ -191,7 +191,7 @@ class DemoDashboard(Dashboard, inherit_bindings=False):
 
     def action_end(self) -> None:
         """End the demo."""
-        self.leave(ExitCode.OK)
+        self.leave(ExitCode.INCONCLUSIVE if self.playing.broken else ExitCode.OK)
 
     def action_interrupt(self) -> None:
         """End the demo, as Ctrl-C ends every command."""
