@@ -70,22 +70,21 @@ def _joined(frames: Iterable[FrameModel]) -> list[FrameRow]:
     An answer is that to the latest request: the ones before were lost.
     """
     rows: list[FrameRow] = []
-    open_rows: list[FrameRow] = []
+    asked: dict[tuple[str, bool, str], FrameRow] = {}
+    answered: set[int] = set()
     before: FrameModel | None = None
     for frame in frames:
-        open_rows = [row for row in open_rows if frame.ns - row.frame.ns <= _ANSWERED_WITHIN_NS]
-        asked = next((row for row in reversed(open_rows) if frame.answers(row.frame)), None)
-        since_ns = None if before is None else frame.ns - before.ns
-        row = FrameRow(frame, None, since_ns, [frame])
-        if asked is not None:
-            open_rows = [row for row in open_rows if row.frame.message != asked.frame.message]
-            rows.remove(asked)
-            row.request, row.frames = asked.frame, [asked.frame, frame]
+        row = FrameRow(frame, None, None if before is None else frame.ns - before.ns, [frame])
+        requests = (asked.pop((frame.line, not frame.sent, name), None) for name in frame.answers)
+        request = next((one.frame for one in requests if one is not None), None)
+        if request is not None and frame.ns - request.ns <= _ANSWERED_WITHIN_NS:
+            answered.add(request.number)
+            row.request, row.frames = request, [request, frame]
         if frame.asks:
-            open_rows.append(row)
+            asked[frame.message] = row
         rows.append(row)
         before = frame
-    return rows
+    return [row for row in rows if row.number not in answered]
 
 
 def _name(frame: FrameModel | None) -> str:

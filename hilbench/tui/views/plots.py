@@ -115,7 +115,7 @@ def _fill(canvas: Canvas, pieces: Sequence[tuple[Place, Place]], floor: float, s
     """Fill what lies between lines and the value 0, or the end of the scale that is nearest to it."""
     for (x0, y0), (x1, y1) in pieces:
         for x in range(max(0, math.ceil(x0)), math.floor(x1) + 1):
-            canvas.line((x, y0 + (y1 - y0) * (x - x0) / max(1.0, x1 - x0)), (x, floor), style)
+            canvas.column(x, y0 + (y1 - y0) * (x - x0) / max(1.0, x1 - x0), floor, style)
 
 
 def _scale(low: float, high: float, unit: str) -> tuple[float, float]:
