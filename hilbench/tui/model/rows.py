@@ -67,24 +67,38 @@ def rows_of(frames: Sequence[FrameModel], *, fold: bool = True) -> list[FrameRow
 def _joined(frames: Iterable[FrameModel]) -> list[FrameRow]:
     """Return a row for each frame, but none for a request that is answered: it stands in the row of its answer.
 
-    An answer is that to the latest request: the ones before were lost.
+    An answer is that to the request that has the same fields, such as a number; where they have none in common, to the
+    latest: the ones before were lost.
     """
     rows: list[FrameRow] = []
-    asked: dict[tuple[str, bool, str], FrameRow] = {}
+    asked: dict[tuple[str, bool, str], list[FrameModel]] = {}
     answered: set[int] = set()
     before: FrameModel | None = None
     for frame in frames:
         row = FrameRow(frame, None, None if before is None else frame.ns - before.ns, [frame])
-        requests = (asked.pop((frame.line, not frame.sent, name), None) for name in frame.answers)
-        request = next((one.frame for one in requests if one is not None), None)
+        waiting = (asked.get((frame.line, not frame.sent, name), []) for name in frame.answers)
+        request = next((_taken(requests, frame) for requests in waiting if requests), None)
         if request is not None and frame.ns - request.ns <= _ANSWERED_WITHIN_NS:
             answered.add(request.number)
             row.request, row.frames = request, [request, frame]
         if frame.asks:
-            asked[frame.message] = row
+            asked.setdefault(frame.message, []).append(frame)
         rows.append(row)
         before = frame
     return [row for row in rows if row.number not in answered]
+
+
+def _taken(requests: list[FrameModel], answer: FrameModel) -> FrameModel:
+    """Take out of the open requests the one that is answered, and those that will not be."""
+    said = answer.item.fields
+    for request in requests:
+        asked = request.item.fields
+        if (common := asked.keys() & said.keys()) and all(asked[name] == said[name] for name in common):
+            requests.remove(request)
+            return request
+    latest = requests[-1]
+    requests.clear()
+    return latest
 
 
 def _name(frame: FrameModel | None) -> str:
