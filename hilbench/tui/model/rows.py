@@ -67,8 +67,8 @@ def rows_of(frames: Sequence[FrameModel], *, fold: bool = True) -> list[FrameRow
 def _joined(frames: Iterable[FrameModel]) -> list[FrameRow]:
     """Return a row for each frame, but none for a request that is answered: it stands in the row of its answer.
 
-    An answer is that to the request that has the same fields, such as a number; where they have none in common, to the
-    latest: the ones before were lost.
+    An answer is that to the request with most of the same fields, such as a number; where they have none in common, to
+    the latest: the ones before were lost.
     """
     rows: list[FrameRow] = []
     asked: dict[tuple[str, bool, str], list[FrameModel]] = {}
@@ -90,15 +90,13 @@ def _joined(frames: Iterable[FrameModel]) -> list[FrameRow]:
 
 def _taken(requests: list[FrameModel], answer: FrameModel) -> FrameModel:
     """Take out of the open requests the one that is answered, and those that will not be."""
-    said = answer.item.fields
-    for request in requests:
-        asked = request.item.fields
-        if (common := asked.keys() & said.keys()) and all(asked[name] == said[name] for name in common):
-            requests.remove(request)
-            return request
-    latest = requests[-1]
-    requests.clear()
-    return latest
+    said = answer.item.fields.items()
+    found = ((sum(one in said for one in request.item.fields.items()), at) for at, request in enumerate(requests))
+    alike, at = max(found)
+    request = requests.pop(at)
+    if not alike:
+        requests.clear()
+    return request
 
 
 def _name(frame: FrameModel | None) -> str:
