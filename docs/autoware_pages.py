@@ -126,7 +126,7 @@ def stand_in_page(table: Table, machine: Callable[[str, Mapping[object, object]]
         "stream of Micro XRCE-DDS, to an agent on the computer. Here a stand-in takes that place: the frames of that "
         "stream (eProsima/Micro-XRCE-DDS-Client, src/c/profile/transport/stream_framing/stream_framing_protocol.c) "
         "around a payload of our own, one byte id and little-endian fields without gaps ([messages.md](messages.md)). "
-        "An agent will replace it; the messages stay.\n\n"
+        "The bench `vehicle-micro-ros` has an agent in its place, with the same messages.\n\n"
         "## The frame\n\nOffsets are those before escaping.\n\n"
         + table(("Offset", "Bytes", "What", "Remark"), layout)
         + "\nIn everything behind the flag (addresses, length, payload, CRC) each `7E` is sent as `7D 5E` and each "

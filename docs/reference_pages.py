@@ -21,7 +21,7 @@ DATA = Path(__file__).parents[1] / "hilbench" / "data"
 QUOTED = re.compile(r"'(hilbench [^']*)'")
 FILES = ("bench", "board")
 GROUPS = {
-    "See a bench live": ("dashboard", "attach", "replay"),
+    "See a bench live": ("dashboard", "demo", "attach", "replay"),
     "Check": ("check", "campaign", "shrink", "report"),
     "Run and serve": ("run", "serve", "proxy", "init"),
     "Recordings and bytes": ("decode", "export", "render", "diff"),
@@ -123,7 +123,7 @@ def bench_file_page(table: Table) -> str:
         "```\n\n"
         + "".join(_object(title, bench["$defs"][name], table) for name, title in BENCH_TABLES.items())
         + "## Settings of models\n\n"
-        "`[targets.NAME.settings]` changes what a model has otherwise. The Pioneer's are in "
+        "`[targets.NAME.settings]` changes settings of a model. The Pioneer's are in "
         "[what the virtual Pioneer is](../fidelity.md), with their sources.\n\n"
         + "".join(_object(title, bench["$defs"][name], table, "###") for title, name in _settings(bench))
         + "## Board files\n\n"

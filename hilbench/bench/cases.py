@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
 from hilbench.bench import Bench
+from hilbench.bench.line_end import LineEnd
+from hilbench.bench.line_evidence import in_order, in_words
 from hilbench.bench.line_faults import LineFaults
+from hilbench.bench.line_peer import LinePeer
+from hilbench.bench.looking_on import look_on
 from hilbench.bench.margins import Margins
 from hilbench.bench.state_reporter import Observed, Senses
 from hilbench.bench.watch import Watch
@@ -19,8 +22,11 @@ from hilbench.judging.provider import CaseInfo, CaseView
 from hilbench.judging.verdicts import Verdict
 from hilbench.links import Port
 
+_LINES_SHOWN = 14
+"""Of evidence, of several lines together (choice)."""
 
-class CaseBase(ABC):
+
+class CaseBase:
     """What is the same for every kind of target.
 
     Args:
@@ -97,9 +103,26 @@ class CaseBase(ABC):
         """Return the latest packets, and the faults that struck."""
         return [*self._packets(), *(self._faults.evidence() if self._faults is not None else ())]
 
-    @abstractmethod
+    def afterwards(self) -> Sequence[str]:
+        """Look on, and return what that shows; see `look_on`."""
+        return look_on(self.bench, self._ends())
+
+    def _ends(self) -> Mapping[str, LineEnd]:
+        """Return the checker's ends of the lines, by the names of the lines."""
+        return self._peers()
+
+    def _peers(self) -> Mapping[str, LinePeer[Any]]:
+        """Return those of them that are peers."""
+        return {}
+
     def _packets(self) -> Sequence[str]:
         """Return the latest packets, as lines."""
+        peers = self._peers()
+        if len(peers) == 1:
+            return next(iter(peers.values())).evidence()
+        lines = [(at_ns, f"{name:9} {words}") for name, peer in peers.items() for at_ns, words in peer.passed()]
+        shown = [in_words(*line) for line in in_order(lines)][-_LINES_SHOWN:]
+        return [*shown, *(f"{name} {line.lstrip()}" for name, peer in peers.items() for line in peer.silence())]
 
     def keep_margins(self) -> None:
         """Keep from now on how much time timers have left; it goes into the journal with a verdict that is no pass."""
@@ -120,7 +143,7 @@ class CaseBase(ABC):
 
     def _lines_seen(self) -> Mapping[str, Port]:
         """Return the checker's ends of the lines."""
-        return {}
+        return {name: peer.port for name, peer in self._peers().items()}
 
     def _about_view(self) -> Mapping[str, Any]:
         """Return what the header of a journal says to those who show it; see `hilbench.bench.about`."""

@@ -6,12 +6,13 @@ what it receives. Judging is the business of the case.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from hilbench.bench import Bench
+from hilbench.bench.line_end import LineEnd
 from hilbench.bench.line_evidence import Passed, Written, in_order, in_words, silence, words_of
 from hilbench.bench.timed_reader import TimedReader
 from hilbench.clock import NS_PER_S
@@ -21,6 +22,7 @@ from hilbench.judging.verdicts import Inconclusive, Untimely, Violation
 from hilbench.links import Port
 from protocols.common.checksum import Checksum
 from protocols.common.decoding import Decoder
+from protocols.common.items import Item
 
 __all__ = ["QUIET_S", "LinePeer", "Received", "Sound", "Unsound"]
 
@@ -66,7 +68,7 @@ class Received(Generic[MessageT]):
     packet: MessageT | None
 
 
-class LinePeer(ABC, Generic[MessageT]):
+class LinePeer(LineEnd, Generic[MessageT]):
     """One end of a line in the hands of a check.
 
     Args:
@@ -152,10 +154,6 @@ class LinePeer(ABC, Generic[MessageT]):
         """How many bytes were received, in all or since `forget`."""
         return self._timed.bytes_received
 
-    def mark(self) -> int:
-        """Return a position in what was received, to look only at what comes after it."""
-        return len(self.received)
-
     def since(self, mark: int, kind: type[KindT]) -> list[tuple[Received[MessageT], KindT]]:
         """Return the packets of a kind received since ``mark``, each with how it was received."""
         return [(got, got.packet) for got in self.received[mark:] if isinstance(got.packet, kind)]
@@ -171,9 +169,14 @@ class LinePeer(ABC, Generic[MessageT]):
         Args:
             mark: packets received before it are left out.
         """
-        received = [(got.at_ns, self.heard(got)) for got in self.received[mark:][-_EVIDENCE_PACKETS:]]
+        received = [(got.at_ns, f"<  {self.words_of(got)}") for got in self.received[mark:][-_EVIDENCE_PACKETS:]]
         dropped = [*zip(self._dropped_ns, map(self._refused, self.dropped), strict=True)][-_EVIDENCE_DROPS:]
         return in_order(received, dropped, self._written.passed())
+
+    def refused_since(self, since_ns: int) -> Sequence[Passed]:
+        """Return what came since a moment and was no frame."""
+        refused = zip(self._dropped_ns, map(self._refused, self.dropped), strict=True)
+        return [one for one in refused if one[0] >= since_ns]
 
     def silence(self, mark: int = 0) -> Sequence[str]:
         """Return a line that says what did not come, if there is anything to be said."""
@@ -181,9 +184,13 @@ class LinePeer(ABC, Generic[MessageT]):
         last_ns = self.received[-1].at_ns if self.received else None
         return silence(self.bench.now_ns, self._timed, frames=frames, last_ns=last_ns)
 
-    def heard(self, got: Received[MessageT]) -> str:
+    def kind_of(self, got: Received[MessageT]) -> object:
+        """Return what is the same for packets of one kind."""
+        return got.packet.name if isinstance(got.packet, Item) else type(got.packet)
+
+    def words_of(self, got: Received[MessageT]) -> str:
         """Return a packet in words."""
-        return f"<  {words_of(got.raw, self._decoder(sent=False))}"
+        return words_of(got.raw, self._decoder(sent=False))
 
     def _refused(self, drop: Unsound) -> str:
         return f"<  dropped ({drop.reason})  {drop.data[:32].hex(' ').upper()}{self._reading_of(drop)}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from hilbench.bench import Bench
@@ -17,7 +17,7 @@ from hilbench.bench.state_reporter import Observed, Sense
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.judging.provider import CaseInfo
 from hilbench.judging.verdicts import NotApplicable
-from hilbench.links import Line, MemoryLink, Port
+from hilbench.links import Line, MemoryLink
 from hilbench.plugins.protocol import Device, ProtocolPlugin
 
 __all__ = ["DeviceCase", "PeerCase", "device_baud", "machines_of"]
@@ -71,14 +71,11 @@ class PeerCase(CaseBase):
             raise AttributeError(name)
         raise NotApplicable(f"a bench of {self.protocol.title} has no '{name}'")
 
-    def _lines_seen(self) -> Mapping[str, Port]:
-        return {"host": self.peer.port}
+    def _peers(self) -> Mapping[str, LinePeer[Any]]:
+        return {"host": self.peer}
 
     def _about_view(self) -> Mapping[str, Any]:
         return about_line("checker", self.protocol.name, self._machines_seen())
-
-    def _packets(self) -> Sequence[str]:
-        return self.peer.evidence()
 
 
 class DeviceCase(PeerCase):

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 
 class World(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where the robot stands.
+    """The world around the robot.
 
     Attributes:
-        scene: name of a built-in scene, or the path of a scene file, seen from the bench file.
-        vehicle: the body in it: that of a system, by its name.
-        physics: ``bullet`` (PyBullet), ``mujoco``, or ``plane`` for an endless floor without rays and contacts; where
-            it is not said, ``bullet`` if PyBullet is installed, else ``mujoco``.
+        scene: name of a built-in scene, or the path of a scene file, relative to the bench file.
+        vehicle: the name of the vehicle in it.
+        physics: ``bullet`` (PyBullet), ``mujoco``, or ``plane`` for an endless floor without rays and contacts. The
+            default is ``bullet`` if PyBullet is installed, else ``mujoco``.
         step_hz: physics steps per second.
     """
 
@@ -32,7 +32,7 @@ class World(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 class StrapsEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Boot jumpers that are set otherwise than the board is delivered.
+    """Boot jumpers whose setting differs from the delivered board.
 
     Attributes:
         boot0: 0 boots from main flash; 1 from system memory or SRAM, by boot1.
@@ -44,20 +44,20 @@ class StrapsEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What answers at the far end of a link: a behavioural model, or an emulated board that runs firmware.
+    """A target: a behavioural model, or an emulated board that runs firmware.
 
     Attributes:
-        model: the behavioural model of it: one of a system, or that of a protocol which a plug-in brings, by its name.
-        settings: what differs from a standard model, by the names that the model has for it.
-        board: the emulated board: the name of a built-in one, or the path of a board file, seen from the bench file.
-        chip: part number of the chip that the board has instead of its own, as boards are sold with several.
-        firmware: the image that would be flashed (ELF, Intel HEX or raw binary), seen from the bench file.
-        base: where a raw binary belongs, if not at the beginning of flash.
+        model: the name of the behavioural model: that of a system, or the name of a protocol that has a model.
+        settings: settings of the model that differ from their defaults, by name.
+        board: the emulated board: the name of a built-in one, or the path of a board file, relative to the bench file.
+        chip: part number of the chip, if it differs from that of the board.
+        firmware: the image that would be flashed (ELF, Intel HEX or raw binary), relative to the bench file.
+        base: load address of a raw binary; by default the beginning of flash.
         timing: how many cycles instructions take: ``flat`` (one mean figure and the flash's wait states), or
-            ``table`` (by instruction; exacter and slower).
-        skip_idle: whether waiting loops are skipped; what the firmware does is the same.
-        straps: boot jumpers that are set otherwise than the board is delivered.
-        programs: other images for the same board, by what they do; a suite that checks them asks for them by name.
+            ``table`` (by instruction; more exact and slower).
+        skip_idle: whether waiting loops are skipped; this does not change what the firmware does.
+        straps: boot jumpers whose setting differs from the delivered board.
+        programs: other images for the same board, by name; a suite selects them by these names.
     """
 
     model: str | UnsetType = UNSET
@@ -73,7 +73,7 @@ class TargetEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class BusPinsEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The two wires of an I2C bus at pins that the program moves bit by bit, or that any I2C interface may carry.
+    """The two wires of an I2C bus at any two pins: for an I2C interface, or for firmware that drives the pins itself.
 
     Attributes:
         scl: the clock, ``NAME.PIN`` of a board.
@@ -88,12 +88,11 @@ class PartEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """A part between boards and the world, or between a board and a robot.
 
     Attributes:
-        kind: what it is, such as ``distance-switch``, ``encoder-3bit``, ``motor-code``, ``gamepad``.
-        pins: what its terminals are wired to, by their names: ``NAME.PIN`` of a board, ``3v3`` or ``gnd``.
-        signals: what its quantities are, by their names: ``world.SIGNAL``, or ``NAME.QUANTITY`` of another part.
-        buses: the I2C and SPI buses that it is soldered to, by its names for its ends: ``NAME.I2C1`` of a board, or
-            for I2C two pins.
-        settings: what differs from a standard part, by the names that its kind has for it.
+        kind: its kind, such as ``distance-switch``, ``encoder-3bit``, ``motor-code``, ``gamepad``.
+        pins: the pin of each terminal: ``NAME.PIN`` of a board, ``3v3`` or ``gnd``.
+        signals: the source or sink of each quantity: ``world.SIGNAL``, or ``NAME.QUANTITY`` of another part.
+        buses: the I2C or SPI bus of each bus end: ``NAME.I2C1`` of a board, or for I2C two pins.
+        settings: settings of the part that differ from their defaults, by name.
     """
 
     kind: str
@@ -107,13 +106,14 @@ class LinkEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """A serial line between two ends.
 
     Attributes:
-        ends: ``peer``, where the checker or a served client sits, or ``peer.LINE`` where it has several lines, each
-            with a name of your choosing; ``NAME.host`` of a model with one line, else by the names of its lines, such
-            as ``NAME.usart2``; ``NAME.usart1`` of a board; a serial end of a part, as ``NAME.uart2``.
-        baud: speed in bit/s of the end that is no emulated USART, which has its own; the usual one of a model, and that
-            of the USART for ``peer`` and for a part without a rate of its own, if it is left out.
-        protocol: what is spoken between ``peer`` and a board, by its name (``hilbench protocols``); a suite then has
-            messages at its ``peer``. A model speaks its own.
+        ends: the two ends. ``peer`` is the end of the checker or of a served client; with several lines they are
+            ``peer.LINE``, with names of your choice. ``NAME.host`` is the line of a model with one line, else
+            ``NAME.LINE``, such as ``NAME.usart2``. ``NAME.usart1`` is that of a board, ``NAME.uart2`` a serial end of a
+            part.
+        baud: rate in bit/s of an end that is not an emulated USART. The default is the usual rate of the model; for
+            ``peer``, and for a part without a rate of its own, it is the rate of the USART.
+        protocol: the protocol between ``peer`` and a board, by its name (``hilbench protocols``); ``peer`` in a suite
+            then has messages. A model has its own protocol.
     """
 
     ends: tuple[str, str]
@@ -122,29 +122,29 @@ class LinkEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 
 class WireEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A piece of wire.
+    """A wire between pins.
 
     Attributes:
-        ends: what it joins: ``NAME.PIN`` of a board, by the name of the port pin (``PA0``) or the one printed on the
-            board (``A0``); ``NAME.TERMINAL`` of a part; ``3v3`` and ``gnd``.
+        ends: its ends: ``NAME.PIN`` of a board, with the name of the port pin (``PA0``) or the label on the board
+            (``A0``); ``NAME.TERMINAL`` of a part; ``3v3`` and ``gnd``.
     """
 
     ends: Annotated[tuple[str, ...], msgspec.Meta(min_length=2)]
 
 
 class PortEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How a real port is opened that takes the place of a target, and how the board behind it is reset.
+    """How a real port is opened that is used instead of a target, and how its board is reset.
 
     A hook is a list of steps: ``dtr on``, ``rts off``, ``dtr off rts on`` (both at once), ``break 250ms``, ``wait
     100ms``, ``run COMMAND`` (a relay, a probe).
 
     Attributes:
-        dtr: level that DTR shall have when the port is open, true for asserted; as opening leaves it if not given.
-        rts: likewise of RTS.
+        dtr: level of DTR while the port is open, true for asserted; by default it is left as it is.
+        rts: likewise for RTS.
         parity: ``N``, ``E`` or ``O``.
         stop_bits: 1 or 2.
-        boot: what is done once, when the port was opened for the first time.
-        reset: what is done before each case.
+        boot: the hook that is run once, after the port was opened for the first time.
+        reset: the hook that is run before each case.
     """
 
     dtr: bool | UnsetType = UNSET
@@ -164,24 +164,25 @@ class PortEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 
 class BenchModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A bench file as it is written.
+    """The top level of a bench file.
 
     Attributes:
         version: version of this format.
-        targets: what answers at the far end, by names of your choosing.
-        parts: what stands between boards and the world, by names of your choosing.
-        world: where a model, or the vehicle that parts drive, stands.
+        targets: the targets, by names of your choice.
+        parts: the parts between boards and the world, by names of your choice.
+        world: the world of a model, or of the vehicle that parts drive.
         links: the serial lines.
-        wires: what joins pins of boards.
-        faults: what goes wrong on the links.
-        stimuli: what is done to the boards from outside, and when: lines such as ``1s:PC13=0`` (docs/stimuli.md).
-        port: how a real port is opened that takes the place of a target.
-        lockstep_us: how far one of several boards that wires join may be ahead of the others, in microseconds: an edge
-            from one to another is that much late at most. Frames on lines between boards are never late.
-        suites: what ``hilbench check`` runs on this bench where no suite is asked for: names of shipped suites, or
-            paths of suite files or folders, seen from the bench file.
-        variants: other benches, by names that cases of these suites use: paths of bench files, seen from this one.
-        plugins: files that bring protocols, seen from the bench file; their code runs when the bench is opened.
+        wires: the wires between pins.
+        faults: the faults to inject into the links.
+        stimuli: what is applied to the boards from outside, and when: lines such as ``1s:PC13=0`` (docs/stimuli.md).
+        port: how a real port is opened that is used instead of a target.
+        lockstep_us: how far one of several wired boards may run ahead of the others, in microseconds. An edge from one
+            to another is late by this much at most. Frames on lines between boards are never late.
+        suites: the suites that ``hilbench check`` runs by default: names of shipped suites, or paths of suite files or
+            folders, relative to the bench file.
+        variants: other benches that cases of these suites use, by name: paths of bench files, relative to this one.
+        plugins: files that bring protocols or systems, relative to the bench file. Their code runs when the bench is
+            opened.
     """
 
     version: Literal[1]

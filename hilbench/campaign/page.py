@@ -9,6 +9,7 @@ from hilbench.campaign.point import Outcome, Point, command_of
 from hilbench.campaign.statistics import Statistics, number
 from hilbench.campaign.summary import rate_of
 from hilbench.check.page.rendering import rendered
+from hilbench.clock.text import seconds_text
 
 __all__ = ["html_page"]
 
@@ -32,4 +33,4 @@ def html_page(found: Statistics, results: Sequence[tuple[Point, Outcome]], title
         "rows": rows[:MOST_POINTS],
         "others": len(rows[MOST_POINTS:]),
     }
-    return rendered("hilbench.campaign", {"rate": rate_of, "number": number}, values)
+    return rendered("hilbench.campaign", {"rate": rate_of, "number": number, "seconds": seconds_text}, values)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from hilbench.campaign.statistics import Distribution, Statistics, Tally, number
+from hilbench.clock.text import seconds_text
 from hilbench.files.names import escaped, printable
 
 __all__ = ["lines_of", "rate_of"]
@@ -20,7 +21,7 @@ def lines_of(found: Statistics) -> Iterator[str]:
 
 
 def _lines(found: Statistics) -> Iterator[str]:
-    total, bench_time = found.total, f"{found.bench_time_s:.0f} s of bench time"
+    total, bench_time = found.total, f"{seconds_text(found.bench_time_s)} of bench time"
     missing = f", {found.planned - total.points} without a result" if total.points < found.planned else ""
     verdicts = f"{total.passed} pass, {total.failed} fail, {total.inconclusive} inconclusive, {total.errors} error"
     yield f"{found.planned} points{missing}: {verdicts}; {bench_time}"

@@ -70,16 +70,17 @@ def case(
     """Declare that a test function checks the given clauses.
 
     Args:
-        clause_ids: ids as in the catalogue of the protocol, or one of your own together with ``text``.
+        clause_ids: ids from the catalogue of the protocol, or one of your own together with ``text``.
         bench_time_s: about how long the case takes, in seconds of bench time, for each set of parameters.
-        needs: capabilities of the bench without which the case is not applicable, such as ``"world"``.
-        scene: scene to open the bench with; the default is that of the bench file.
-        setup: variant, program and settings of parts to open a bench of emulated boards with.
-        setups: several of them, by name: a case on each; the function needs the fixture ``bench``, or one that does.
-        text: defines the clause in place: what the target has to do.
+        needs: capabilities that the bench must have, such as ``"world"``; without them the case is not applicable.
+        scene: the scene of the bench; by default that of the bench file.
+        setup: variant, program and settings of parts, for a bench of emulated boards.
+        setups: several of them, by name; each makes a case. The function needs the fixture ``bench``, or one that
+            needs it.
+        text: defines the clause here: what the target must do.
         title: short form of ``text``; the default is its first sentence.
-        level: ``"must"`` or ``"should"``, of a clause defined in place.
-        source: where a clause defined in place is written.
+        level: ``"must"`` or ``"should"``, for a clause that is defined here.
+        source: where the rule is published, for a clause that is defined here.
 
     Raises:
         ValueError: no clause id, or several together with ``text``.

@@ -33,6 +33,7 @@ from hilbench.judging.provider import (
     CaseInfo,
     CaseView,
     Doubtful,
+    Following,
     Lacking,
     Preparing,
     Timed,
@@ -107,6 +108,8 @@ class _CaseRun:
         self.case_hash = bench.case_hash()
         if self.screens is not None and self.outcome.verdict in SHOWN_VERDICTS and isinstance(bench, Viewable):
             self.view = bench.view()
+        if self.outcome.verdict is Verdict.FAIL and isinstance(bench, Following):
+            self.outcome = _with_evidence(self.outcome, tuple(bench.afterwards()))
 
     def worsen(self, outcome: Outcome) -> None:
         """Take the outcome of tearing down: a failure there is never the target's, and outranks what was said."""

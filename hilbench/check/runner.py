@@ -59,15 +59,15 @@ def run_suites(
     """Run the suites that the options select on the benches of a provider.
 
     Args:
-        options: what to run; where to write reports is not looked at.
-        provider: opens the benches; it stays the caller's to close.
-        on_case: called before each case with the case, its number from 1, and how many there are.
-        on_result: called after each case that ran to its end, with its result in the place of the case.
-        screens: draws what was to be seen when a case failed; None for no pictures.
+        options: what to run; the options for reports are ignored.
+        provider: opens the benches; the caller closes it.
+        on_case: called before each case with the case, its number from 1, and the number of cases.
+        on_result: called after each case that has ended, with its result instead of the case.
+        screens: draws the dashboard when a case fails; None for no pictures.
         only: the ids of the cases that may run; None for all.
 
     Returns:
-        The report, complete for what was run also after Ctrl-C or after the target was lost.
+        The report. After Ctrl-C, or after the target was lost, it has the cases that were run.
 
     Raises:
         UsageError: a suite does not exist or cannot be read, or nothing is selected.
@@ -114,7 +114,7 @@ def run_check(
 ) -> int:
     """Do what ``hilbench check`` does: run, write the reports, print the matrix.
 
-    Who watches on a terminal sees which case runs; a log gets a line for each as it ends, and one while none ends.
+    A terminal shows which case runs. A log gets a line when a case ends, and one now and then while a long case runs.
 
     Args:
         options: what the command line says.

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     import argparse
 
 COMMANDS = {
+    "demo": "show in two minutes what hilbench does: a demo in the dashboard",
     "check": "run conformance suites on a target and report clause by clause",
     "campaign": "run one check with many seeds, images, faults or settings, and compare the results",
     "shrink": "reduce the faults and stimuli of a bench to those that a failing clause needs",

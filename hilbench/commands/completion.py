@@ -122,6 +122,12 @@ def _chips() -> Iterable[str]:
     return VARIANTS
 
 
+def _demos() -> Iterable[str]:
+    from hilbench.plugins.discovery import PLUGINS
+
+    return PLUGINS.systems.demos(physics=True)
+
+
 def _protocols() -> Iterable[str]:
     from hilbench.plugins.discovery import PLUGINS
 
@@ -149,7 +155,8 @@ _NAMES: dict[str, Callable[[], Iterable[str]]] = {
     "protocol": _protocols,
     "scene": _scenes,
     "suite": _suites,
+    "system": _demos,
     "what": _benches,
 }
 """What the values of an argument may be, by its place in the namespace; most may be a file besides."""
-_NO_FILES = {"chip", "fidelity", "protocol"}
+_NO_FILES = {"chip", "fidelity", "protocol", "system"}

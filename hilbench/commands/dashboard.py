@@ -119,8 +119,8 @@ def _bench_named(parsed: argparse.Namespace) -> str:
 
 def show(process: BenchProcess) -> ExitCode:
     """Show a bench until the person leaves it."""
-    start = _ahead_of_us()
-    _give_way()
+    start = ahead_of_us()
+    give_way()
     try:
         from hilbench.tui.app import Dashboard
         from hilbench.tui.bench_process import BenchProcess
@@ -163,7 +163,7 @@ def theme() -> str:
     return chosen
 
 
-def _ahead_of_us() -> Callable[[Callable[[], BenchProcess]], BenchProcess]:
+def ahead_of_us() -> Callable[[Callable[[], BenchProcess]], BenchProcess]:
     """Return what starts benches with the share of the processor that this process has now.
 
     On Linux each thread has its own niceness, and what it starts inherits that (setpriority(2)): a thread is kept from
@@ -176,7 +176,7 @@ def _ahead_of_us() -> Callable[[Callable[[], BenchProcess]], BenchProcess]:
     return lambda start: kept.submit(start).result()
 
 
-def _give_way() -> None:
+def give_way() -> None:
     """Let a bench that has begun go before what draws it, where there is not processor enough for both."""
     os.nice(_NICE)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hilbench.errors import UsageError
+from hilbench.strict.changes import parse_change
 from hilbench.terminal import arguments, interruption
 from hilbench.terminal.parser import Parser, typed
 
@@ -24,6 +25,8 @@ def parser() -> Parser:
         help="a serial port or pyserial URL instead of the bench file's target")  # fmt: skip
     made.add_argument("--scene", metavar="S", help="scene to stand in instead of that of the bench file")
     made.add_argument("--journal", metavar="FILE", type=typed(arguments.output_file), help="another place for it")
+    made.add_argument("--set", metavar="KEY=VALUE", dest="changes", action="append", default=[],
+        type=typed(parse_change), help="a different value than in the bench file")  # fmt: skip
     made.add_argument("--no-demo", action="store_true", help="nobody drives at first")
     return made
 
@@ -62,7 +65,7 @@ def run(parsed: argparse.Namespace) -> int:
         journal=parsed.journal,
         targets=tuple(parsed.target),
     )
-    bench_file = open_target(parsed.what)
+    bench_file = open_target(parsed.what, changes=parsed.changes)
     bench_file = in_scene(bench_file, scene_for(bench_file) if parsed.scene is None else parsed.scene)
     interruption.raise_once()
     return run_live(bench_file, options)

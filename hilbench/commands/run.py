@@ -49,6 +49,8 @@ def parser() -> Parser:
         help="write pins, nets and serial lines as waveforms (GTKWave, PulseView)")  # fmt: skip
     add("--write-stimuli", metavar="FILE", type=typed(arguments.output_file),
         help="write what pins and serial lines did in the form of --stimuli")  # fmt: skip
+    add("--coverage", metavar="FILE", type=typed(arguments.output_file),
+        help="write which lines of the firmware were executed, in the format of lcov (genhtml, editors)")  # fmt: skip
     add("--picture", metavar="PART=FILE", action="append", default=[], type=typed(arguments.named_file),
         help="at the end, write what a display shows as PNG; may be given several times")  # fmt: skip
     add("--realtime", action="store_true", help="keep pace with the wall clock")
@@ -73,11 +75,14 @@ def run(parsed: argparse.Namespace) -> int:
         raise UsageError(f"needs something to run, and there is no {DEFAULT_FILE} here", where="run", hint=hint)
     bench_file = with_stimuli(parsed, with_parts(parsed, open_target(parsed.what, parsed.chip)))
     outputs = [("--journal", parsed.journal), ("--vcd", parsed.vcd), ("--write-stimuli", parsed.write_stimuli)]
+    outputs.append(("--coverage", parsed.coverage))
     outputs += (("--picture", file) for _, file in parsed.picture)
     files = (("--stimuli", Path(file_name(name))) for name in parsed.stimuli)
     refuse_overwriting(outputs, [*inputs_of(bench_file), *files])
     for _, file in parsed.picture:
         check_writable(file, "--picture")
+    if parsed.coverage is not None:
+        check_writable(parsed.coverage, "--coverage")
     if parsed.write_stimuli is not None:
         check_ordinary(parsed.write_stimuli, "--write-stimuli", "stimuli")
 
@@ -91,6 +96,7 @@ def run(parsed: argparse.Namespace) -> int:
         journal_max=parsed.journal_max,
         vcd=parsed.vcd,
         write_stimuli=parsed.write_stimuli,
+        coverage=parsed.coverage,
         pictures=tuple(parsed.picture),
         realtime=parsed.realtime,
         as_json=parsed.json,

@@ -32,7 +32,7 @@ Serves any number of clients until Ctrl-C or SIGTERM; then the exit code is 0. A
 socket has hung up, and a robot ends its session. With --hangup ignore the robot is not notified, as on a real serial
 line. Each client that connects, takes over, is refused or leaves is reported.
 An emulated board runs the image from power-on. An endpoint without a USART name gets the next USART. Its line has the
-baud rate that the firmware sets, unless --baud says otherwise. If the firmware cannot continue, the exit code is 1.
+baud rate that the firmware sets, unless --baud is given. If the firmware cannot continue, the exit code is 1.
 """
 
 

@@ -82,6 +82,11 @@ class Tap(PortInFront):
         self.on_sent(data, self._bench.now_ns)
         self.port.write(data)
 
+    def send(self, data: bytes) -> None:
+        """Put bytes on the line and into the journal that somebody has made by hand, beside what the operator sends."""
+        self._bench.record("tx", self._source, data=data)
+        self.write(data)
+
     def flush(self) -> None:
         """Record what came and is not recorded yet."""
         self._heard.flush()

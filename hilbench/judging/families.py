@@ -25,18 +25,18 @@ def try_members(
     seed: int,
     budget: int,
 ) -> None:
-    """Judge members of a family, one after the other, until one of them ends the case.
+    """Try members of a family of stimuli, one after the other, until one of them ends the case.
 
     Args:
-        family: its name, a noun in the plural, as in ``single bits``.
-        members: all of them, at least one: what each is, in a few words, and its stimulus.
-        judge: gives a stimulus and judges what comes of it, as a case does; it leaves the target ready for the next.
-        seed: that of the case, so that it tries the same members again.
-        budget: how many to try at most, at least one; a choice of the case, which its bench time has to allow.
+        family: the name of the family, a plural noun, as in ``single bits``.
+        members: all members, at least one: a short description of each, and its stimulus.
+        judge: applies a stimulus and judges the reaction, as a case does. It leaves the target ready for the next one.
+        seed: the seed of the case; the same seed tries the same members.
+        budget: how many members to try at most, at least one. The bench time of the case must allow for them.
 
     Raises:
-        Violation: a member's, with the member and the seed in front of its cause. A failed assertion becomes one.
-        Inconclusive: with the same in front, as have the points that a member leaves open.
+        Violation: that of a member; its cause begins with the member and the seed. A failed assertion becomes one.
+        Inconclusive: likewise.
         ValueError: there is no member, or no budget.
     """
     if not members or budget < 1:

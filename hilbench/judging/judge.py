@@ -1,10 +1,10 @@
-"""Judges a measured figure against a limit, as far as the bench can tell.
+"""Compares a measured figure with a limit, as far as the bench can tell.
 
-A figure is an interval: value minus to value plus uncertainty. Wholly inside the limits it passes, wholly outside it is
-a violation, across a limit it is inconclusive. So a bench that is late or coarse never accuses a good target and never
-acquits a bad one. Every figure is recorded with its margin, also when it passes, and a case goes on behind one that is
-inconclusive: in the end it is so itself, unless it turns out worse (`leave_open`). A time for which no uncertainty is
-given has that of any time of the running case.
+A figure is an interval: value minus uncertainty to value plus uncertainty. Inside the limits it passes. Outside the
+limits it is a violation. Across a limit it is inconclusive. So a late or coarse bench never accuses a good target and
+never acquits a bad one. Every figure is recorded with its margin, even if it passes. After an inconclusive figure the
+case continues; its verdict is then inconclusive, or worse (`leave_open`). A time without an uncertainty of its own has
+the uncertainty of times in the running case.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ def at_most(value: float, limit: float, *, unit: str, what: str, uncertainty: fl
         value: the measured figure.
         limit: the highest value allowed.
         unit: the unit of all three figures.
-        what: what was measured, to begin a sentence with.
-        uncertainty: half the width of the interval in which the true value lies; not negative. 0 for what is certain,
-            or a time (in ``s`` or ``ms``) that is as uncertain as any of the case. `OfTimes`, as every bench gives it,
-            if it has what the benches were late by: on late ones a violation stands only then.
-        clause: the clause this is about, where a case cites several.
+        what: what was measured; the message begins with it.
+        uncertainty: half the width of the interval that contains the true value, from 0 on. 0 for a figure that is
+            certain, and for a time (in ``s`` or ``ms``) with the usual uncertainty of the case. `OfTimes`, which every
+            bench returns, if the lateness of the benches is part of it; only then a violation counts on late benches.
+        clause: the clause it belongs to, if a case cites several.
 
     Raises:
         Violation: even ``value - uncertainty`` is above the limit, or the value is no number.
@@ -60,8 +60,8 @@ def within(
 
     Raises:
         Violation: the whole interval of the measurement is outside the limits, or the value is no number.
-        Inconclusive: it is partly inside; always so when the uncertainty exceeds half the distance of the limits and
-            the value is not clearly outside. And no case is running.
+        Inconclusive: the interval of the measurement is partly inside, and no case is running. If the uncertainty is
+            more than half the distance between the limits, a value is inconclusive or clearly outside.
         ValueError: the uncertainty is negative or no number, or ``low`` is above ``high``.
     """
     if low > high:

@@ -16,8 +16,11 @@ from hilbench.plugins.discovery import PLUGINS
 
 _TRACEBACK_LINES = 12
 _MOST_POINTS = 2
-_SAYS_NOTHING = re.compile(r"\bat 0x[0-9a-f]+>|^assert (not )?(False|None|True|\d+|\[\]|\(\)|\{\}|'')$")
-"""Lines of pytest about an assertion with words of its own: an address, or a bare value, is nobody's evidence."""
+_SAYS_NOTHING = re.compile(
+    r"\bat 0x[0-9a-f]+>|^assert (not )?(False|None|True|\d+|\[\]|\(\)|\{\}|''|\(\d+ & \d+\))$|^ *\+ .*\w\(\w+="
+)
+"""Lines of pytest about an assertion with words of its own: an address, a bare value or an object's insides show nobody
+anything."""
 _PYTEST_PACKAGES = frozenset({"_pytest", "pluggy"})
 
 _VERDICTS: dict[type[CaseOutcome], Verdict] = {

@@ -23,11 +23,11 @@ ANSWERS = "far end that answers: it is a recording"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CaseSetup:
-    """How the bench of a case differs from the one of the bench file; for benches of emulated boards.
+    """How the bench of a case differs from the bench file; for benches of emulated boards.
 
     Attributes:
-        variant: the variant of the bench, by the name that the bench file has for it; empty for the bench itself.
-        program: which program of the board runs, by the name that the bench file has for it; empty for its firmware.
+        variant: the variant of the bench, by its name in the bench file; empty for the bench itself.
+        program: the program that the board runs, by its name in the bench file; empty for its firmware.
         settings: settings of parts, by part and setting.
     """
 
@@ -37,7 +37,7 @@ class CaseSetup:
 
     @property
     def needs(self) -> frozenset[str]:
-        """The capabilities that follow from it."""
+        """The capabilities that a bench needs for it."""
         there = f" in variant '{self.variant}'" if self.variant else ""
         needs = {f"part '{part}'{there}" for part in self.settings}
         if self.variant:
@@ -203,6 +203,14 @@ class Lacking(Protocol):
 
         Called once, of a case that did not pass, before `CaseBench.finish`.
         """
+
+
+@runtime_checkable
+class Following(Protocol):
+    """What the bench of a case may have besides: what the target does after the case failed."""
+
+    def afterwards(self) -> Sequence[str]:
+        """Look on for a moment, and return lines that show what came then; called once, after `CaseBench.finish`."""
 
 
 @runtime_checkable

@@ -80,9 +80,9 @@ def record_measure(
     uncertainty: float = 0.0,
     clause: str = "",
 ) -> Measure:
-    """Keep a figure with the verdict of the running case, without judging it.
+    """Record a figure with the verdict of the running case, without judging it.
 
-    Outside a case the measure is only returned.
+    Outside of a case the measure is only returned.
 
     Args:
         name: what was measured, in a few words.
@@ -90,9 +90,9 @@ def record_measure(
         unit: its unit.
         low: the lowest value allowed, if there is one.
         high: the highest value allowed, if there is one.
-        uncertainty: half the width of the interval in which the true value lies; `OfTimes` where it has what the
-            benches were late by.
-        clause: the clause it is about, where a case cites several.
+        uncertainty: half the width of the interval that contains the true value; `OfTimes` if the lateness of the
+            benches is part of it.
+        clause: the clause it belongs to, if the case cites several.
     """
     distances = [distance for distance in (_above(value, low), _below(value, high)) if distance is not None]
     measure = Measure(

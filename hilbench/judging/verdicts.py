@@ -4,7 +4,7 @@ A case passes by returning. Otherwise it raises::
 
     AssertionError      the target violates the clause; the cause is the text of the assertion
     Violation           the same, with the cause and the evidence in the case's own words
-    Untimely            the same, by what did not come in its time: a bench that was late may be to blame
+    Untimely            the same, because something did not come in time: a late bench may be to blame
     Inconclusive        the bench cannot tell: it is too imprecise, or something needed is not modelled
     NotApplicable       the target turned out to lack something the case needs
     UnavailableError    the bench or the target is gone; nothing further is run (see `hilbench.errors`)
@@ -60,14 +60,14 @@ def marked(cause: str, by_own_report: Sequence[str]) -> str:
 
 
 class CaseOutcome(Exception):  # noqa: N818 - an outcome, not an error
-    """What a case raises to end with something other than a pass. Raise one of the classes below.
+    """What a case raises if it does not pass. Raise one of the classes below.
 
     Args:
-        cause: one line for a person: what was seen, and what should have been.
+        cause: one line for people: what was seen, and what was required.
         evidence: further lines that show it: frames in hex, times, a pose.
-        clause: the id of the clause this is about, for a case that cites several; the others are then inconclusive
-            and not failed. Empty means all of them.
-        measure: the figure that does not hold, or cannot be known; None where there is none.
+        clause: the id of the clause, if the case cites several; the others are then inconclusive, not failed. Empty
+            for all of them.
+        measure: the figure that violates its limit or cannot be determined; None if there is none.
     """
 
     def __init__(
@@ -88,20 +88,21 @@ class Violation(CaseOutcome):
 
 
 class Untimely(Violation):
-    """The target did not do in its time what the clause says, or did it in a time in which it must not.
+    """The target did not do in time what the clause says, or did it at a time at which it must not.
 
-    This alone is held against a target only as far as the benches were in time (`hilbench.judging.doubt`). A figure of
-    time is no matter of it: what the benches were late by is in its uncertainty.
+    It is a violation only if the benches were in time themselves; otherwise the case is inconclusive
+    (`hilbench.judging.doubt`). Do not use it for a measured time: the uncertainty of that contains the lateness of the
+    benches.
 
     Example scenarios: no answer came while the case waited; a report came while the target must be silent.
 
     Args:
-        cause: as of any outcome, like the three that follow.
-        evidence: further lines that show it.
-        clause: the clause this is about.
-        measure: the figure that does not hold.
-        spare_s: by how much the benches may have been late without being to blame, in seconds: how much longer the case
-            waited than the target had.
+        cause: as in `CaseOutcome`.
+        evidence: as in `CaseOutcome`.
+        clause: as in `CaseOutcome`.
+        measure: as in `CaseOutcome`.
+        spare_s: how much longer the case waited than the clause allows, in seconds. Benches that were late by less are
+            not to blame.
     """
 
     def __init__(
@@ -120,16 +121,16 @@ class Untimely(Violation):
 class Inconclusive(CaseOutcome):
     """The bench cannot tell whether the target does what the clause says.
 
-    Example scenarios: the measured time is nearer to the limit than it is certain; the host was late by more than the
-    tolerance.
+    Example scenarios: the distance of a measured time from its limit is less than its uncertainty; the host was late by
+    more than the tolerance.
     """
 
 
 class NotApplicable(CaseOutcome):
-    """The clause does not concern this target, as only the running case could find out.
+    """The clause does not apply to this target, which only the running case could find out.
 
-    Example scenarios: the clause is about a sensor and the target's own configuration says that it has none. What is
-    known beforehand belongs into the ``needs`` of the case.
+    Example scenario: the clause is about a sensor, and the target's own configuration says that it has none. What is
+    known before the case runs belongs in its ``needs``.
     """
 
 
@@ -148,7 +149,7 @@ class Sampled(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Measure(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """One figure that a case measured, with the limits it was held against.
+    """A figure that a case has measured, with the limits it was compared with.
 
     Attributes:
         name: what was measured.
@@ -156,10 +157,10 @@ class Measure(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
         unit: its unit, as in ``s``, ``mm/s`` or ``deg``.
         low: the lowest value allowed, if there is one.
         high: the highest value allowed, if there is one.
-        uncertainty: half the width of the interval, around the value, in which the true one lies.
-        margin: distance to the nearest limit, in the same unit; negative outside. None where there is no limit.
-        clause: the clause it is about, of the several that the case cites; empty for all of them.
-        of_times: whether the uncertainty has in it what the benches were late by.
+        uncertainty: half the width of the interval around the value that contains the true value.
+        margin: distance to the nearest limit, in the same unit; negative outside of the limits. None without a limit.
+        clause: the clause it belongs to, if the case cites several; empty for all of them.
+        of_times: whether the lateness of the benches is part of the uncertainty.
     """
 
     name: str

@@ -20,6 +20,8 @@ __all__ = ["MOST_SPEED", "Actions"]
 MOST_SPEED = 16.0
 _LEAST_SPEED = 1 / 16
 _LONGEST_MARK = 200
+_MOST_SENT = 4096
+"""Bytes that are sent by hand at once: more than any frame here (choice)."""
 _FAULT_DETAILS = ("probability", "byte", "count", "bit", "duration_s", "baud")
 
 
@@ -120,13 +122,27 @@ class Actions:
     def _of_line(self) -> dict[str, Callable[[Request], None]]:
         if not self._rig.taps:
             return {}
-        return {"inject": self._inject, "clear-faults": lambda _: self._clear()}
+        return {"send": self._send, "inject": self._inject, "clear-faults": lambda _: self._clear()}
 
-    def _inject(self, request: Request) -> None:
+    def _line(self, request: Request) -> str:
+        """Return which line is meant; the first if none is named."""
         taps = self._rig.taps
-        line = str(request.get("line", next(iter(taps))))
+        line = str(request.get("line") or next(iter(taps)))
         if line not in taps:
             raise RequestError(f"no line '{line}': {', '.join(taps)}")
+        return line
+
+    def _send(self, request: Request) -> None:
+        try:
+            data = bytes.fromhex(str(request.get("data", "")))
+        except ValueError:
+            raise RequestError("data is bytes in hex") from None
+        if not 1 <= len(data) <= _MOST_SENT:
+            raise RequestError(f"data has 1 to {_MOST_SENT} bytes")
+        self._rig.taps[self._line(request)].send(data)
+
+    def _inject(self, request: Request) -> None:
+        taps, line = self._rig.taps, self._line(request)
         try:
             kind = FaultKind(request.get("kind"))
         except ValueError:

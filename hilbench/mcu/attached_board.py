@@ -6,13 +6,13 @@ forgotten; it is not reset, unless the bench file says how (``[port] reset``).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
 
 from hilbench.bench import Bench
 from hilbench.bench.cases import CaseBase
 from hilbench.bench.line_faults import LineFaults
-from hilbench.bench.line_peer import Sound, Unsound
+from hilbench.bench.line_peer import LinePeer, Sound, Unsound
 from hilbench.bench.locked_providers import AttachedProviderBase
 from hilbench.bench.protocol_peer import RAW, ProtocolPeer
 from hilbench.bench.shared import Shared
@@ -122,11 +122,8 @@ class AttachedBoardCase(CaseBase):
             raise AttributeError(name)
         raise NotApplicable(f"a board at a port has no '{name}'")
 
-    def _lines_seen(self) -> Mapping[str, Port]:
-        return {"host": self.peer.port}
-
-    def _packets(self) -> Sequence[str]:
-        return self.peer.evidence()
+    def _peers(self) -> Mapping[str, LinePeer[Any]]:
+        return {"host": self.peer}
 
 
 class AttachedBoardProvider(AttachedProviderBase[_Listener, AttachedBoardCase]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from hilbench.benchfile.bench_file import BenchFile, EmulatedBoard
@@ -11,6 +12,7 @@ from hilbench.benchfile.target_grammar import parse_target
 from hilbench.errors import UsageError
 from hilbench.files.built_in import built_in_benches
 from hilbench.nearest import did_you_mean
+from hilbench.strict.changes import Change
 from targets.boards import board_names
 
 __all__ = ["open_target"]
@@ -18,12 +20,13 @@ __all__ = ["open_target"]
 _IMAGE_SUFFIXES = frozenset({".elf", ".axf", ".out", ".hex", ".ihex", ".bin"})
 
 
-def open_target(what: str | None, chip: str | None = None) -> BenchFile:
+def open_target(what: str | None, chip: str | None = None, *, changes: Sequence[Change] = ()) -> BenchFile:
     """Return the bench that a command line means: one board with an image, a built-in bench, or a bench file.
 
     Args:
         what: the words; None for the bench file of the working folder.
         chip: part number of the chip that the one board has instead of its own; None for its own.
+        changes: what is different from the bench file; one board with an image has none.
 
     Raises:
         UsageError: there is no such board, chip or bench, or its file is wrong or firmware.
@@ -36,7 +39,7 @@ def open_target(what: str | None, chip: str | None = None) -> BenchFile:
     if what is None or is_bench or Path(what).is_file():
         if chip is not None:
             raise UsageError("is for one board with an image", where="--chip", hint='in a bench file: chip = "..."')
-        return open_bench(what)
+        return open_bench(what, changes=changes)
     if not (spec in board_names() or is_board_file(spec)):
         if spec in built_in_benches():
             hint = _of_bench(spec, image)

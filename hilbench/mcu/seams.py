@@ -216,6 +216,12 @@ class Machine(Protocol):
     def forget_resets(self) -> None:
         """Take note that something has come from outside, so that resets from here on are no endless loop yet."""
 
+    def cover(self) -> None:
+        """Remember from now on what is executed."""
+
+    def executed(self) -> Iterable[int]:
+        """Return the addresses of all instructions executed since `cover`."""
+
     def function(self, pc: int) -> str:
         """Return the name of the function at an address, or the address."""
 

@@ -25,7 +25,7 @@ class SerialLine:
 
     Args:
         bench: whose time passes while something is waited for.
-        port: the end of the line; whoever has it calls `take`.
+        port: the end of the line; its owner calls `take`.
         send: puts bytes on the line.
         require: called when what was expected has not come: raises if the line is to blame.
 
@@ -46,7 +46,7 @@ class SerialLine:
 
     @property
     def text(self) -> str:
-        """The same as text; what is no UTF-8 stands there as an escape."""
+        """The same as text; bytes that are not UTF-8 are escaped."""
         return self.data.decode("utf-8", errors="backslashreplace")
 
     def write(self, data: bytes | str) -> None:
@@ -54,7 +54,7 @@ class SerialLine:
         self._send(data.encode() if isinstance(data, str) else data)
 
     def expect(self, what: bytes | str, within_s: float = 1.0) -> bytes:
-        """Let time pass until the board has sent `what`, after what was expected before.
+        """Let time pass until the board has sent `what`. The search continues after the last expected bytes.
 
         Returns:
             Everything it has sent since, up to and including `what`.
@@ -112,11 +112,11 @@ class BoardUnderTest:
         return self.emulated.bench.now_s
 
     def run(self, seconds: float) -> None:
-        """Let `seconds` of bench time pass, or less if the firmware comes to its end."""
+        """Let `seconds` of bench time pass, or less if the firmware ends."""
         self.run_until(lambda: False, seconds)
 
     def run_until(self, condition: Callable[[], bool], within_s: float) -> bool:
-        """Let time pass until `condition` holds, the firmware has come to its end, or `within_s` seconds are over.
+        """Let time pass until `condition` holds, the firmware ends, or `within_s` seconds are over.
 
         Returns:
             Whether the condition holds.
@@ -128,12 +128,12 @@ class BoardUnderTest:
 
     @property
     def end(self) -> End | None:
-        """How the firmware came to its end; None while it runs."""
+        """How the firmware has ended; None while it runs."""
         return self.emulated.end
 
     @property
     def notes(self) -> list[Note]:
-        """What the firmware touched that is not modelled, or got wrong."""
+        """What the firmware used that is not modelled, and what it did wrong."""
         return self._machine.notes.all
 
     def usart(self, name: str) -> SerialLine:
@@ -149,7 +149,7 @@ class BoardUnderTest:
         return line
 
     def pin(self, name: str) -> Pin:
-        """Return a pin by its port (``PA0``) or by what is printed on the board (``A0``).
+        """Return a pin by its port (``PA0``) or by its label on the board (``A0``).
 
         Raises:
             UsageError: the board has none of that name.
@@ -173,7 +173,7 @@ class BoardUnderTest:
         return i2cs[name.upper()].bus
 
     def stimulate(self, text: str) -> None:
-        """Do something to the board from outside, such as ``PC13=0/50ms`` or ``1s:PA0=1.65V`` (docs/stimuli.md).
+        """Apply a stimulus to the board, such as ``PC13=0/50ms`` or ``1s:PA0=1.65V`` (docs/stimuli.md).
 
         Its time is counted from now, and a name of a file from the working folder.
 
@@ -187,7 +187,7 @@ class BoardUnderTest:
             raise UsageError(str(error), where="stimulus") from None
 
     def is_lit(self, led: str = "") -> bool:
-        """Say whether a light of the board is lit; its first one if none is named."""
+        """Return whether a light of the board is lit; by default its first one."""
         leds = self.emulated.bench_file.boards[self.name].board.leds
         for known in leds:
             if led in {"", known.name, known.pin}:
@@ -195,7 +195,7 @@ class BoardUnderTest:
         raise UsageError(f"{self.name} has no light '{led}'", hint=did_you_mean(led, [one.name for one in leds]))
 
     def push(self, button: str = "") -> None:
-        """Push a button of the board, its first one if none is named, until `let_go`."""
+        """Push a button of the board, by default its first one, until `let_go`."""
         known = self._button(button)
         self.pin(known.pin).drive(known.active == "high")
 

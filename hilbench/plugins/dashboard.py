@@ -113,9 +113,9 @@ class Dashboard:
         shows: names of protocols and of vehicles: it is a bench of this kind if our client speaks such a protocol, or
             if none of ours speaks and such a vehicle drives there.
         wide: where the panes are, on a screen with room for columns.
-        narrow: which of them come first on a screen without.
+        below: likewise, in a band of its own below them; what `wide` names is there and not here.
+        narrow: which of them come first on a screen without: the first stands above the second.
         plots: the figures that are plotted, the most important first.
-        units: the units of those fields of frames whose names do not end with theirs.
         echoes: returns what range sensors of the vehicle report: of what the header of the journal says of the bench,
             and of the fields of a frame or of an event of who drives.
         keys: what can be asked for besides.
@@ -131,15 +131,16 @@ class Dashboard:
     kind: str
     shows: frozenset[str] = frozenset()
     wide: Columns = (
-        (4, (("link", 9), ("timers", 8), ("counters", 14), ("pins", 8))),
-        (5, (("world", 3), ("frames", 2), ("console", 1))),
-        (4, (("states", 5), ("plots", 4), ("log", 3), ("checks", 3))),
+        (4, (("link", 7), ("timers", 8), ("counters", 13), ("pins", 8))),
+        (5, (("world", 3), ("console", 1))),
+        (4, (("plots", 4), ("states", 4), ("checks", 4))),
     )
+    below: Columns = ((5, (("frames", 1),)), (3, (("messages", 1), ("log", 1))))
     narrow: tuple[str, ...] = (
-        "world", "frames", "plots", "link", "log", "states", "timers", "counters", "checks", "console", "pins",
+        "world", "frames", "plots", "link", "log", "states", "timers", "counters", "messages", "checks", "console",
+        "pins",
     )  # fmt: skip
     plots: tuple[str, ...] = ("speed", "turn rate", "duty")
-    units: Mapping[str, str] = field(default_factory=dict)
     echoes: Callable[[Event, Event], Iterable[Echo]] = _no_echoes
     keys: tuple[Key, ...] = ()
     help: Callable[[Collection[str], str], Help] = _no_help

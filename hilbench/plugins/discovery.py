@@ -20,6 +20,8 @@ from pathlib import Path
 from types import ModuleType
 
 from hilbench.errors import PluginError, UsageError
+from hilbench.plugins.blame import checked
+from hilbench.plugins.demo import Demo
 from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.plugins.registry import Registry
 from hilbench.plugins.system import ModelKind, System, VehicleKind
@@ -127,6 +129,18 @@ class Systems(Registry[System]):
         with contextlib.suppress(UsageError):
             self._use_called_like(name, name)
         yield from self.there()
+
+    def demos(self, *, physics: bool) -> Mapping[str, Demo]:
+        """Return the demos of all systems that are `there`, by the names of these.
+
+        Args:
+            physics: whether a physics engine is installed.
+
+        Raises:
+            PluginError: what a system returns is no demo.
+        """
+        made = {one.name: checked(one.demo, Demo, or_none=True)(physics=physics) for one in self.there()}
+        return {name: demo for name, demo in made.items() if demo is not None}
 
     def speakers(self) -> Mapping[str, Speaker]:
         """Return who speaks at the sources of journals that only some systems have; asked for each event."""

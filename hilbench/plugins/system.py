@@ -1,7 +1,7 @@
-"""What a system says of itself: a robot, a car, whatever is driven, and the boards in it.
+"""A system: a robot, a car or another thing that is driven, and the boards in it.
 
-A protocol has a record of its own (`hilbench.plugins.protocol`); a system is what stands around it: models, vehicles,
-how they are checked, served, driven and shown. What is generic asks this class and knows no system by name.
+A protocol has its own record (`hilbench.plugins.protocol`). A system is what surrounds it: models and vehicles, and how
+they are checked, served, driven and shown. Generic code calls the methods of this class and knows no system by name.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from hilbench.links import Port
     from hilbench.mcu.emulated import EmulatedBench
     from hilbench.plugins.dashboard import Dashboard
+    from hilbench.plugins.demo import Demo
     from hilbench.terminal.options import TargetChoice
     from worlds.vehicles import Vehicle
     from worlds.world import World
@@ -42,20 +43,21 @@ API = 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelKind:
-    """One kind of behavioural model, which a bench file has as ``model = "NAME"``.
+    """A kind of behavioural model. A bench file names it as ``model = "NAME"``.
 
     Attributes:
         settings: the class of its settings, a dataclass.
-        protocol: what is spoken on its lines, as the capability of that name: the protocol's title.
-        suites: what is checked on a bench with it, unless its file says otherwise; a board on which one of them is run
+        protocol: the title of the protocol on its lines. A bench with this model has the capability of this name.
+        suites: the suites that are run by default on a bench with this model. A board that runs one of these suites
             speaks this protocol, too.
-        baud: of its lines, if the bench file says none, in bit/s.
-        rates: that its lines can have, in bit/s; empty for any.
-        lines: the ends of links that it has, as ``NAME.LINE``.
-        bench: the built-in bench with it alone, which a run of its suites means; empty for the default one.
-        target: what it is called as a TARGET; empty if it cannot be one.
-        beside: it may stand beside another model.
-        has_body: it stands in a world.
+        baud: the default rate of its lines, in bit/s.
+        rates: the rates that its lines support, in bit/s; empty for any.
+        lines: its ends of links. A bench file writes them as ``NAME.LINE``.
+        bench: the built-in bench with this model alone, on which its suites are run by default; empty for the default
+            bench.
+        target: its name as a TARGET; empty if it cannot be one.
+        beside: whether a bench may have another model, too.
+        has_body: whether it stands in a world.
     """
 
     settings: type[Any]
@@ -71,7 +73,7 @@ class ModelKind:
 
 
 def device_kind(protocol: ProtocolPlugin) -> ModelKind:
-    """Return the kind of model that a protocol's device is; without a device it has no settings."""
+    """Return the device of a protocol as a kind of model; without a device it has no settings."""
     device = protocol.device
     return ModelKind(
         settings=dict if device is None else device.settings,
@@ -83,15 +85,15 @@ def device_kind(protocol: ProtocolPlugin) -> ModelKind:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VehicleKind:
-    """A vehicle that parts of a bench can drive and sense, which a bench file has as ``vehicle = "NAME"``.
+    """A vehicle that parts of a bench can drive and sense. A bench file names it as ``vehicle = "NAME"``.
 
     Attributes:
-        vehicle: returns its body for the physics.
-        body: makes the vehicle of an open world.
-        signals: what it takes from parts and gives to them, by name.
-        wire: makes who reads and drives these signals, of a body and the names of those that are read.
-        size_m: length and breadth seen from above, in m.
-        stands_ready: it stands in its world wherever boards are, also where no part drives or senses it.
+        vehicle: returns the description of its body for the physics.
+        body: makes the vehicle in an open world.
+        signals: the signals that it takes from parts and gives to them, by name.
+        wire: connects these signals to a body; called with the body and the names of the signals that are read.
+        size_m: length and width seen from above, in m.
+        stands_ready: whether a bench with boards has it even if no part drives or senses it.
     """
 
     vehicle: Callable[[], Vehicle]
@@ -104,14 +106,14 @@ class VehicleKind:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HandRequest:
-    """Something that a check may ask of somebody beside a target at a port.
+    """Something that a check may ask the operator of a target at a port.
 
     Attributes:
-        text: what to do, in the imperative, as in ``press the reset button``; or the question, where there are answers.
-            The words of a case stand where it has ``{}``.
-        capability: what it is for, as the clauses name it in their `needs`.
-        answers: what may be answered; empty where something is to be done.
-        undo: the name of the request that takes it back; empty where nothing stays.
+        text: what to do, in the imperative, as in ``press the reset button``; or a question, if there are `answers`.
+            ``{}`` is replaced by the words of the case.
+        capability: the capability that it provides. Clauses name it in their `needs`.
+        answers: the possible answers to a question; empty for something to do.
+        undo: the name of the request that undoes it; empty if nothing has to be undone.
     """
 
     text: str
@@ -145,18 +147,18 @@ class Standing(Protocol):
 
 
 class System:
-    """What generic code knows of a system; one of your own derives from it and says what is different.
+    """A system. Derive from this class, and override what your system has or does differently.
 
     Attributes:
-        api: the version of this class, `API`.
-        name: what it is called. A plug-in's benches, models and vehicles are called like it, or begin with ``NAME-``.
-        title: what people call it.
+        api: the version of this class that it was written for, `API`.
+        name: its name. The benches, models and vehicles of a plug-in have this name, or begin with ``NAME-``.
+        title: its name for people.
         summary: what it is, in a few words.
         vehicles: its vehicles, by name.
-        benches: the folder of its benches, one ``NAME.toml`` each; None where they come with hilbench.
-        speakers: who speaks at the sources of journals that it alone has.
-        checkers: those of these that the checker holds in a case, and who is under test then.
-        hand_requests: what may be asked of somebody beside its target at a port, by the names that a command gets.
+        benches: the folder of its benches, with one ``NAME.toml`` each; None if it brings none.
+        speakers: the sources of a journal that only this system has, each with the speaker there: host or target.
+        checkers: those of these sources that belong to the checker, each with the speaker that is under test.
+        hand_requests: what a check may ask the operator of a target at a port, by the names that an operator hook gets.
     """
 
     api: int = 0
@@ -170,40 +172,48 @@ class System:
     hand_requests: Mapping[str, HandRequest] = MappingProxyType({})
 
     def models(self) -> Mapping[str, ModelKind]:
-        """Return its behavioural models, by the names that a bench file has for them."""
+        """Return its behavioural models, by their names in a bench file."""
         return {}
 
     def clauses(self) -> Sequence[ClauseEntry]:
-        """Return the rules of its benches, beside those of its protocols."""
+        """Return the clauses of its benches, in addition to those of its protocols."""
         return ()
 
     # --- a check
 
     def provider(self, shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider:
-        """Return who checks a bench with one of its models, or what is chosen in the place of that.
+        """Return the provider of benches for a check of one of its models, or of a chosen target in its place.
+
+        Args:
+            shared: what all benches of the run have in common: bench file, journal, operator.
+            choices: the targets of ``--target``.
 
         Raises:
-            UsageError: it cannot be checked, or not with this choice.
+            UsageError: it cannot be checked, or not with this target.
         """
         del choices
         raise UsageError(f"system '{self.name}' brings nothing that checks its models", where=shared.bench_file.name)
 
     def board_provider(self, shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider | None:
-        """Return who checks a bench whose boards run its suites, with these choices; None for emulated boards.
+        """Return the provider for a bench whose boards run its suites; None for the usual one of emulated boards.
+
+        Args:
+            shared: what all benches of the run have in common: bench file, journal, operator.
+            choices: the targets of ``--target``.
 
         Raises:
-            UsageError: not with these choices.
+            UsageError: it cannot be checked with this target.
         """
         del shared, choices
         return None
 
     def board_capabilities(self, bench_file: BenchFile) -> Iterable[str]:
-        """Return what a bench of emulated boards can do for its cases."""
+        """Return the capabilities of a bench of emulated boards, for its cases."""
         del bench_file
         return ()
 
     def needs_board(self, case: CaseInfo) -> bool:
-        """Say whether a board runs in a case on a bench of boards."""
+        """Return whether a case on a bench of boards needs a board."""
         del case
         return True
 
@@ -212,31 +222,31 @@ class System:
         raise NotImplementedError(f"system '{self.name}' has a case that needs no board, and no bench for it")
 
     def with_board(self, shared: Shared, case: CaseInfo, emulated: EmulatedBench) -> CaseBase | None:
-        """Return the bench of a case on emulated boards where the usual one will not do; None where it does."""
+        """Return the bench of a case on emulated boards; None for the usual one."""
         del shared, case, emulated
         return None
 
     def about_board(self, bench_file: BenchFile, program: str) -> Mapping[str, Any]:
-        """Return what a journal says of its case on emulated boards for those who show it; see `hilbench.bench.about`.
+        """Return what the journal of a case on emulated boards has for viewers; see `hilbench.bench.about`.
 
         Args:
             bench_file: the bench.
-            program: which of several the board runs.
+            program: which program the board runs, if it has several.
         """
         del bench_file, program
         return {}
 
     def stand(self, bench: Bench, bench_file: BenchFile, line: Callable[[int], Port], *, seed: int) -> Standing:
-        """Make the model with a body that stands beside boards.
+        """Make the model with a body for a bench that has boards, too.
 
         Args:
-            bench: whose time it lives in.
-            bench_file: says what it is set to, and where it stands.
-            line: returns its end of its line, of a rate in bit/s.
-            seed: of everything random.
+            bench: the bench, with its time and journal.
+            bench_file: the settings of the model, and its world.
+            line: returns the model's end of its line, for a rate in bit/s.
+            seed: the seed of everything random.
 
         Raises:
-            UsageError: it cannot.
+            UsageError: the system has no such model.
         """
         del bench, line, seed
         raise UsageError(f"system '{self.name}' has no model that stands beside boards", where=bench_file.name)
@@ -244,44 +254,51 @@ class System:
     # --- a bench that is served, or live
 
     def served(self, bench_file: BenchFile, *, scene: str | None, baud: int | None, seed: int) -> ServedTarget:
-        """Return its model of a bench file as something that can be put at the end of a line.
+        """Return the model of a bench file as a target for ``hilbench serve``.
 
         Args:
             bench_file: a bench without boards.
-            scene: where it stands instead of the scene of the file.
-            baud: rate of its lines instead of that of the file, bit/s.
-            seed: of everything random.
+            scene: the scene, instead of that of the file.
+            baud: the rate of its lines in bit/s, instead of that of the file.
+            seed: the seed of everything random.
 
         Raises:
-            UsageError: it cannot be served, or not so.
+            UsageError: it cannot be served, or not with this scene or rate.
         """
         del scene, baud, seed
         raise UsageError(f"system '{self.name}' brings nothing that serves its models", where=bench_file.name)
 
     def rig(self, bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
-        """Build its model of a bench file, and a client for it.
+        """Build the model of a bench file and a client for it, for the dashboard.
 
         Raises:
-            UsageError: there is no view of it.
-            UnavailableError: physics is missing.
+            UsageError: the dashboard cannot show it.
+            UnavailableError: the physics engine is not installed.
         """
         del bench, seed
         raise UsageError(f"system '{self.name}' brings no view of its models", where=bench_file.name)
 
     def board_rig(self, emulated: EmulatedBench, *, seed: int) -> Rig | None:
-        """Return who speaks to the emulated boards of a bench, whose time and end are not its own; None for nobody."""
+        """Return the client that speaks to the emulated boards of a bench in the dashboard; None for none.
+
+        The boards belong to the caller, who closes them.
+        """
         del emulated, seed
         return None
 
     def speaks_to(self, bench_file: BenchFile) -> bool:
-        """Say whether its clients speak to the boards of a bench: a suite of its models is run on them."""
+        """Return whether its clients can speak to the boards of a bench: one of its suites is run on them."""
         return any({*kind.suites} & {*bench_file.suites} for kind in self.models().values())
 
     def lines_asked(self, bench_file: BenchFile, choices: Sequence[TargetChoice]) -> Mapping[str, str]:
-        """Return which port is asked for at the far end of each line of ours, by its name; of the only line by nothing.
+        """Return the port at the far end of each line, by the name of the line; an only line has an empty name.
+
+        Args:
+            bench_file: the bench.
+            choices: the targets of ``--target``.
 
         Raises:
-            UsageError: a line has none, or two, or the bench is none of ours.
+            UsageError: a line has no port or two, or there is no such line.
         """
         del bench_file
         first, *more = choices
@@ -292,26 +309,35 @@ class System:
         return {"": first.spec}
 
     def attached_rig(self, bench: Bench, bench_file: BenchFile, ports: Mapping[str, str], *, seed: int) -> Rig:
-        """Attach to what somebody else runs at ports; nobody drives it unasked.
+        """Attach the dashboard to a device at ports. Nothing drives it until the user does.
 
         Args:
-            bench: whose time passes.
-            bench_file: says which lines there are.
-            ports: as `lines_asked` returns them.
-            seed: decides what chance decides in faults.
+            bench: the bench, with its time and journal.
+            bench_file: the bench file, which defines the lines.
+            ports: the port of each line, as `lines_asked` returns them.
+            seed: the seed of random faults.
 
         Raises:
-            UsageError: no client speaks to it.
+            UsageError: the system has no client for it.
             UnavailableError: a port cannot be opened.
         """
         del bench, ports, seed
         raise UsageError(f"system '{self.name}' brings no client for a real one", where=bench_file.name)
 
     def scene(self, bench_file: BenchFile) -> str | None:
-        """Return the scene that a bench is shown in where nobody names one; None for that of its file."""
+        """Return the default scene of a bench in the dashboard; None for that of its file."""
         del bench_file
         return None
 
     def dashboard(self) -> Dashboard | None:
-        """Return how its benches are shown; None for as any others."""
+        """Return how the dashboard shows its benches; None for the default."""
+        return None
+
+    def demo(self, *, physics: bool) -> Demo | None:
+        """Return the script of ``hilbench demo NAME``; None for none.
+
+        Args:
+            physics: whether a physics engine is installed; without one a bench with a world may not open.
+        """
+        del physics
         return None

@@ -19,7 +19,7 @@ OPTION_KINDS = (bool, int, float, str, Path)
 """What an option of a protocol may be, beside an enumeration: what a word of a command line can be read as."""
 
 _NAME = re.compile(r"[a-z][a-z0-9_-]*")
-_CALLABLE = ("decoder", "regions", "clauses")
+_CALLABLE = ("decoder", "quantities", "regions", "clauses")
 _PERHAPS_CALLABLE = ("checksum", "encode", "settle", "peer")
 _PARTS = {"device": Device, "host": Device, "recorded": Recorded, "first_test": FirstTest}
 
@@ -147,6 +147,7 @@ def _problems(record: Any) -> Iterator[str]:
 def _of_words(record: Any) -> Iterator[str]:
     yield from _of_name(record)
     yield from _of_class(str, "text", record, "title", "summary", "help", "replay_bench")
+    yield from _of_class(Mapping, "mapping of names", record, "answers")
     if not record.title:
         yield "title is empty"
     yield from _of_number(record, "baud", 300)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from hilbench.clock import MonotonicHostClock, Scheduler, deferred_interrupts
+from hilbench.clock.text import seconds_text
 from hilbench.errors import UnavailableError
 from hilbench.links import Line, PtyDoor, Rfc2217Door, TcpDoor
 from hilbench.links.uart import Timeline
@@ -117,7 +118,7 @@ def _run_until_stopped(scheduler: Scheduler, say: Say, condition: Callable[[], b
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
     late = scheduler.lateness
     say(
-        f"stopped after {scheduler.now_ns / 1e9:.1f} s at {scheduler.real_time_factor or 0:.3f} x real time; "
+        f"stopped after {seconds_text(scheduler.now_ns / 1e9)} at {scheduler.real_time_factor or 0:.3f} x real time; "
         f"lateness p50 {late.quantile_ns(0.5) / 1e6:.2f} ms, p99 {late.quantile_ns(0.99) / 1e6:.2f} ms, "
         f"max {late.max_ns / 1e6:.2f} ms, {scheduler.slips} slips"
     )

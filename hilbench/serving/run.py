@@ -14,6 +14,7 @@ from hilbench.errors import UnavailableError, UsageError
 from hilbench.exit_codes import ExitCode
 from hilbench.files.names import json_text
 from hilbench.judging.note_lines import note_lines, notes_counted
+from hilbench.mcu.coverage import Coverage
 from hilbench.mcu.emulated import EmulatedBench, MachineFactory, make_machine
 from hilbench.mcu.group import FREE_STEP_NS, LOCKED_STEP_NS
 from hilbench.mcu.narration import Narrator
@@ -41,6 +42,7 @@ class RunOptions:
         edges: tell the edges of pins that send serial frames, too.
         vcd: where to write waveforms.
         write_stimuli: where to write what the boards did, as stimuli for others.
+        coverage: where to write which lines of the firmware were executed.
         pictures: displays, and where to write what they show at the end.
         realtime: keep pace with the wall clock.
         as_json: say how it went as JSON.
@@ -55,6 +57,7 @@ class RunOptions:
     journal_max: int | None = None
     vcd: Path | None = None
     write_stimuli: Path | None = None
+    coverage: Path | None = None
     pictures: tuple[tuple[str, Path], ...] = ()
     realtime: bool = False
     as_json: bool = False
@@ -96,10 +99,15 @@ def run(
         if options.write_stimuli is not None:  # behind the narrator, whom it lets hear everything
             emulated.at_close.append(StimulusWriter(options.write_stimuli, emulated).close)
         emulated.at_close.append(partial(save_pictures, options.pictures, emulated))
+        coverage = None
+        if options.coverage is not None:
+            coverage = Coverage(emulated)
+            emulated.at_close.append(partial(coverage.write, options.coverage))
         interrupted = _run(options, emulated, console, watch)
         if narrator is not None:
             narrator.finish()
-        report = _Report(emulated, watch.elapsed_s(), interrupted=interrupted, each_note=options.each_note)
+        executed = None if coverage is None else coverage.counted()
+        report = _Report(emulated, watch.elapsed_s(), executed, interrupted=interrupted, each_note=options.each_note)
         data, text = report.data(), report.text()
         # How it went is reported when nothing can go wrong any more: a full disk may have no room for the last lines.
         try:
@@ -179,7 +187,16 @@ class _Progress:
 class _Report:
     """How it went."""
 
-    def __init__(self, emulated: EmulatedBench, host_s: float, *, interrupted: bool, each_note: bool) -> None:
+    def __init__(
+        self,
+        emulated: EmulatedBench,
+        host_s: float,
+        executed: tuple[int, int] | None,
+        *,
+        interrupted: bool,
+        each_note: bool,
+    ) -> None:
+        self._executed = executed
         self._emulated = emulated
         self._each_note = each_note
         self._host_s = host_s
@@ -223,8 +240,15 @@ class _Report:
                 for (board, reason), resets in self._emulated.resets.items()
             ],
             "notes": self._emulated.notes(),
+            **self._covered(),
             "exit_code": int(self.exit_code),
         }
+
+    def _covered(self) -> dict[str, object]:
+        if self._executed is None:
+            return {}
+        executed, lines = self._executed
+        return {"coverage": {"executed": executed, "lines": lines}}
 
     def text(self) -> str:
         """Return it as lines for a person."""
@@ -244,6 +268,9 @@ class _Report:
             for name in self._emulated.machines
             for clock, ready_ns in self._emulated.starting(name).items()
         ]
+        if self._executed is not None:
+            hit, there = self._executed
+            lines.append(f"  coverage: {hit} of {there} lines of the firmware executed ({hit / there:.1%})")
         return "\n".join(lines + self._note_lines())
 
     def _note_lines(self) -> list[str]:

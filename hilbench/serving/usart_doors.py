@@ -71,7 +71,7 @@ def _named(wish: DoorWish, free: Sequence[str], found: Mapping[str, Sequence[Doo
         return fitting[0]
     if fitting:
         raise UsageError("several boards have it", where=where, hint=f"write one of {', '.join(fitting)}")
-    raise UsageError("no such USART, or it is linked already", where=where, hint=did_you_mean(link, free, "USARTs"))
+    raise UsageError("no such line, or it is linked already", where=where, hint=did_you_mean(link, free, "lines"))
 
 
 def _next(wish: DoorWish, free: Sequence[str], found: Mapping[str, Sequence[DoorWish]], *, apart: bool) -> str:
@@ -79,7 +79,7 @@ def _next(wish: DoorWish, free: Sequence[str], found: Mapping[str, Sequence[Door
         there = found.get(name, ())
         if not (there if apart else _has_such(wish, there)):
             return name
-    raise UsageError(f"more of them than USARTs ({', '.join(free) or 'none is free'})", where=door_option(wish))
+    raise UsageError(f"more of them than lines ({', '.join(free) or 'none is free'})", where=door_option(wish))
 
 
 def _has_such(wish: DoorWish, others: Sequence[DoorWish]) -> bool:

@@ -96,7 +96,7 @@ def expect_session(bench: ClientBench) -> Heard:
     opened = bench.server.expect_session(CONNECT_WITHIN_S)
     own = bench.client.own
     if own is not None and not bench.server.wait(lambda: own.state is ClientState.OPEN, CONFIG_WITHIN_S):
-        raise Untimely(f"the client was answered, and still: {own.state.value}", spare_s=CONFIG_WITHIN_S / 2)
+        raise Untimely(f"the client got an answer, but still: {own.state.value}", spare_s=CONFIG_WITHIN_S / 2)
     return opened
 
 
@@ -136,7 +136,7 @@ def require_lost(bench: ClientBench, why: str) -> None:
     goes_on = [heard.name for heard in server.heard(mark=mark) if heard.name not in _NO_SESSION]
     begins_anew = bool(server.heard("SYNC1", mark=mark))
     if len(goes_on) > 1 and not begins_anew:  # one may have been under way
-        raise Violation(f"the client goes on with {', '.join(dict.fromkeys(goes_on))}: {why}")
+        raise Violation(f"the client continues with {', '.join(dict.fromkeys(goes_on))}: {why}")
 
 
 def require_end(bench: ClientBench, within_s: float, why: str) -> None:

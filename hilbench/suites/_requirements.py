@@ -47,7 +47,7 @@ def require_reply(peer: Peer, kind: type[ServerPacket], expected: bytes, mark: i
     peer.expect(kind, mark=mark, what=expected.hex(" ").upper())
     raw = peer.since(mark, kind)[0][0].raw
     if raw != expected:
-        raise Violation(f"{raw.hex(' ').upper()} came where {expected.hex(' ').upper()} is due", peer.evidence(mark))
+        raise Violation(f"{raw.hex(' ').upper()} came, required {expected.hex(' ').upper()}", peer.evidence(mark))
 
 
 def require_echo(peer: Peer, sync: bytes, stimulus: bytes = b"") -> None:

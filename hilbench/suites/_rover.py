@@ -46,7 +46,7 @@ DONE_S = 0.05
 LINK_S = 1.0
 """After so long a silence a rover that watches its link takes it for lost (P24D)."""
 
-EVER_LATER = "the bench gets later and later, and which answer is to what cannot be known"
+EVER_LATER = "the bench gets later and later, so answers cannot be assigned to requests"
 
 ANSWER_S = 2.0
 """How long a case waits for the counters."""

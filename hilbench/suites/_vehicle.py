@@ -268,7 +268,7 @@ class Vehicle:
 
     def shown(self, frames: Sequence[Frame]) -> Sequence[str]:
         """Return frames of the simulator's line as lines for a report."""
-        return [in_words(got.at_ns, f"{SIMULATOR_LINE:9} {self.simulator.heard(got)}") for got in frames]
+        return [in_words(got.at_ns, f"{SIMULATOR_LINE:9} <  {self.simulator.words_of(got)}") for got in frames]
 
     def mark(self) -> int:
         """Return a position in the frames of the simulator's line."""
@@ -355,11 +355,11 @@ class Vehicle:
         peer = self.simulator
         if peer.dropped:
             between = peer.dropped[0].data[:COMMAND_BYTES].hex(" ").upper()
-            text = f"{between} stands between the frames of {COMMAND_BYTES} bytes"
+            text = f"{between} is between the frames of {COMMAND_BYTES} bytes"
             raise Violation(text, self.shown(self.frames()[:3]))
         count = len(self.frames())
         if peer.paddings < count - 1:  # that of the last one may be on its way
-            raise Violation(f"{peer.paddings} NULs stand behind {count} frames", self.shown(self.frames()[-3:]))
+            raise Violation(f"{peer.paddings} NULs follow {count} frames", self.shown(self.frames()[-3:]))
 
     # --- statuses and reports
 

@@ -20,8 +20,10 @@ from hilbench.mcu.board_case import BoardCase
 from hilbench.suites._vehicle import vehicle_bench
 from hilbench.systems.vehicle.car_simulator import Published
 from hilbench.systems.vehicle.driven_car import DrivenCar
-from hilbench.systems.vehicle.driving_stack import COMMAND_HZ, DrivingStack
+from hilbench.systems.vehicle.driving_stack import COMMAND_HZ
 from hilbench.systems.vehicle.hands import VehicleHands, stick_code
+from hilbench.systems.vehicle.micro_ros_peer import driving_stack
+from hilbench.systems.vehicle.micro_ros_settings import MicroRosSettings
 from protocols.autoware import AckermannControlCommand, ControlMode, SteeringReport, VelocityReport
 from protocols.carla import X_AXIS, Y_AXIS, AckermannCommand, ManualCommand, Mode
 from targets.robots.driving_stack import DriverSettings, Path, PathDriver, Pose
@@ -47,6 +49,7 @@ class DriveBench:
         body: the car.
         runner: who moves its world.
         hands: who stands beside the board.
+        micro_ros: the agent at the driving stack's line; None for the stand-in link.
     """
 
     bench: Bench
@@ -55,6 +58,7 @@ class DriveBench:
     body: CarBody
     runner: WorldRunner
     hands: VehicleHands
+    micro_ros: MicroRosSettings | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,7 +126,7 @@ class Drive:
         self.half_lane_m = (lane.width_m - there.body.parameters.width_m) / 2
         self.driver = PathDriver(self.path, habits)
         self.car = DrivenCar(there.bench, there.simulator, there.body, there.runner)
-        self.stack = DrivingStack(there.bench, there.stack)
+        self.stack = driving_stack(there.bench, there.stack, there.micro_ros)
         self.moments: list[Moment] = []
         self.reports: list[tuple[float, VelocityReport | SteeringReport]] = []
         self.asked: list[tuple[float, AckermannControlCommand]] = []
@@ -147,7 +151,9 @@ class Drive:
         """
         self.follow()
         if not self.until(lambda: self.now.speed_m_s > 0.5, STARTED_WITHIN_S):
-            raise Violation(f"the car stands {STARTED_WITHIN_S:g} s after power-on, though commands come", self.said())
+            raise Violation(
+                f"the car stands {STARTED_WITHIN_S:g} s after power-on, though it is commanded", self.said()
+            )
 
     def reach(self, speed_m_s: float, within_s: float = 15.0) -> None:
         """Drive until the car is as fast as that.
@@ -286,4 +292,5 @@ def drive_bench(bench: BoardCase) -> DriveBench:
         body=body,
         runner=bench.runner,
         hands=vehicle.hands,
+        micro_ros=bench.emulated.bench_file.settings_of(MicroRosSettings),
     )

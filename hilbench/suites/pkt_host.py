@@ -260,7 +260,7 @@ def test_a_wrong_crc_is_not_shown(host: HostCase) -> None:
     before = _shown(host, GeneralReport)
     _say(host.rover, _damaged(host.rover))
     assert _shown(host, GeneralReport) == before, "0x80 with a wrong CRC is shown"
-    assert _general_is_shown(host, 8), "the report behind it is lost"
+    assert _general_is_shown(host, 8), "the report after it is lost"
 
 
 @on_host("P55", lasts_s=1.8)
@@ -268,7 +268,7 @@ def test_noise_costs_a_report(host: HostCase) -> None:
     host.rover.answers = False
     before = _shown(host, GeneralReport)
     _say(host.rover, b"abc" + host.rover.frame(GeneralReport(accepted=7)), SHOWN_WITHIN_S)
-    assert _shown(host, GeneralReport) == before, "0x80 behind noise is shown"
+    assert _shown(host, GeneralReport) == before, "0x80 after noise is reported"
     if not _general_is_shown(host, 8):
         raise Inconclusive("0x80 without noise is not shown either")
 
@@ -320,7 +320,7 @@ def test_unknown_reports(host: HostCase) -> None:
     rover = host.rover
     rover.answers = False
     _say(rover, rover.frame_around(b"\x8f\x01\x02\x03"))
-    assert _general_is_shown(host, 8), "0x80 behind an unknown report is lost"
+    assert _general_is_shown(host, 8), "0x80 after an unknown report is lost"
 
 
 _TELLING: Sequence[Report] = (

@@ -327,7 +327,7 @@ def test_pulse_has_no_answer(bench: CaptureCase) -> None:
                 pulses += 1
                 require_no_echo(session, step, behind(session.steps, at, PULSE_SEEN_S))
     if not pulses:
-        raise NotApplicable("nobody sent PULSE in a session in this recording")
+        raise NotApplicable("no session in this recording has a PULSE")
 
 
 def require_no_echo(session: Session, pulse: Step, following: list[Step]) -> None:

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 DEFAULT_BENCH = "pioneer"
 """The bench that is meant where none is named and no file is there."""
 
+DEFAULT_DEMO = "rover"
+"""The system whose demo is played where none is named."""
+
 THROUGH = ("pty", "tcp", "rfc2217", "proxy")
 """What ``check --through`` takes."""
 
@@ -41,11 +44,11 @@ class CheckOptions:
     """What ``hilbench check`` was asked to do.
 
     Attributes:
-        bench: name of a built-in bench or path of a bench file; None for ``./hilbench.toml`` if there is one and
-            else `DEFAULT_BENCH`.
-        targets: what to put in the place of the targets of the bench file.
+        bench: name of a built-in bench or path of a bench file; None for ``./hilbench.toml`` if it exists, else
+            `DEFAULT_BENCH`.
+        targets: the targets to use instead of those of the bench file.
         suites: names of shipped suites, or paths of suite files or folders; empty for all shipped ones.
-        select: the expression of ``-k``; empty selects everything.
+        select: the expression of ``-k``; empty for all cases.
         seed: seed of the run.
         strict: whether a *should* counts like a *must*.
         timeout_scale: how much longer than usual to wait, at least 1.
@@ -53,21 +56,21 @@ class CheckOptions:
         json: where to write the JSON report; ``-`` is standard output.
         journal: where to write the journal.
         journal_max: how large it and the part before it may get together, in bytes; None for no limit.
-        through: one of `THROUGH`, for lines that pass such a door of this machine; empty for lines in memory.
-        screens: the folder for pictures of the screen of the dashboard at the moment a case fails.
+        through: one of `THROUGH`: the bytes pass an endpoint of this kind; empty for lines in memory.
+        screens: the folder for pictures of the dashboard at the moment at which a case fails.
         list_only: list the cases and run nothing.
         jobs: how many processes run cases, at least 1.
         plugins: the files of ``--plugin``.
-        changes: what is to be otherwise than the bench file says.
-        max_failures: after how many cases that fail nothing more is run; 0 for no limit.
-        last_failed: run those cases alone that did not pass when they were run last.
-        rerun_inconclusive: how often to run a case again that is inconclusive.
-        quiet: print what is not shown and the last line, and nothing meanwhile.
-        ci: the CI system that runs this: ``github``, ``gitlab``, ``none``, or ``auto`` for that which says so.
+        changes: changes to the bench file, as of ``--set``.
+        max_failures: how many failed cases end the run; 0 for no limit.
+        last_failed: run only the cases that did not pass in the last run.
+        rerun_inconclusive: how often to repeat an inconclusive case.
+        quiet: print only what did not pass, and the last line.
+        ci: the CI system: ``github``, ``gitlab``, ``none``, or ``auto`` to find out from the environment.
         code_quality: where to write a Code Quality report, as GitLab reads it.
         html: where to write the page of the run.
-        operator: ask at the terminal for what needs a hand on the target.
-        operator_hook: the words of a command that is asked instead, or before; empty for none.
+        operator: ask the operator at the terminal for manual actions on the target.
+        operator_hook: the words of a command that is asked first, or instead; empty for none.
     """
 
     bench: str | None = None

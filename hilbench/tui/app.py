@@ -17,6 +17,7 @@ from hilbench.tui.bench_process import BenchProcess, Phase
 from hilbench.tui.body import Body
 from hilbench.tui.check_run import CheckRun
 from hilbench.tui.checks_pane import ChecksPane
+from hilbench.tui.compose import ComposeScreen
 from hilbench.tui.dialogs import (
     HelpScreen,
     LeaveScreen,
@@ -26,19 +27,25 @@ from hilbench.tui.dialogs import (
     ToggleScreen,
     WordScreen,
 )
+from hilbench.tui.frames_pane import FramesPane
 from hilbench.tui.key_line import KeyLine
-from hilbench.tui.keys import BY_NAME, KEYS
+from hilbench.tui.keys import BY_NAME, KEYS, key_of, wanted_now
 from hilbench.tui.memory import Memory
+from hilbench.tui.messages_pane import MessagesPane
 from hilbench.tui.model.arrangement import Arrangement, arrangement_of
 from hilbench.tui.model.dashboards import ROBOT
+from hilbench.tui.model.frames import FrameModel
 from hilbench.tui.model.replay import Replay
 from hilbench.tui.pad_hand import PadHand
 from hilbench.tui.pads import Pads
-from hilbench.tui.panes import PANES, FramesPane, Head, Pane, PlotsPane, Strip
+from hilbench.tui.panes import PANES, Guide, Head, Pane, PlotsPane, Strip
 from hilbench.tui.recorded import RecordedBench
 from hilbench.tui.saving import Saving
 from hilbench.tui.terminal import Terminal, end_by_signals, terminal_driver
+from hilbench.tui.theme import terminal_theme
 from hilbench.tui.timeline import Timeline
+from hilbench.tui.views.frames import fields_text
+from hilbench.tui.views.head import guide_view
 from hilbench.tui.views.help import help_text
 
 __all__ = ["FRAMES_PER_S", "Dashboard"]
@@ -49,9 +56,13 @@ _LOOKS_ON_THE_WAY = 10
 _BREATH_S = 0.005
 _WIDE = 132
 _ROWS_OF_A_PANE = 11
-"""On a screen with one column, a pane for each so many rows; two at least (choice)."""
-_DARK, _LIGHT = "textual-dark", "textual-light"
-_SPECIAL: dict[str, Callable[[], Pane]] = {"frames": FramesPane, "plots": PlotsPane, "checks": ChecksPane}
+"""On a screen that is not wide, a pane more for each so many rows; three at least (choice)."""
+_SPECIAL: dict[str, Callable[[], Pane]] = {
+    "frames": FramesPane,
+    "plots": PlotsPane,
+    "checks": ChecksPane,
+    "messages": MessagesPane,
+}
 OpenBench = Callable[[str], BenchProcess]
 
 
@@ -107,10 +118,12 @@ class Dashboard(Saving):
         chosen = theme or self._memory.theme
         if chosen in self.available_themes:
             self.theme = chosen
+        self.watch_theme(self.theme)
 
     def compose(self) -> ComposeResult:
         """Put all panes into the body; it says where each is."""
         yield Head()
+        yield Guide()
         yield Static(id="ended")
         panes = (_SPECIAL.get(name, partial(Pane, name))() for name in PANES)
         yield Body(*panes, arrangement=arrangement_of(ROBOT, wide=True))
@@ -162,6 +175,7 @@ class Dashboard(Saving):
         self.run_of_suite = None
         self.query_one(FramesPane).filter("")
         self.query_one(ChecksPane).forget()
+        self.query_one(MessagesPane).forget()
         timeline = self.query_one(Timeline)
         timeline.replay = replay
         timeline.set_class(replay is not None, "recorded")
@@ -176,9 +190,14 @@ class Dashboard(Saving):
         self._look_at_model()
         if self.replay is not None:
             self.query_one(Timeline).look()
-        head = self.query_one(Head)
-        head.text = f"{self._headline()}  {self._pad.text}" if self._pad.text else self._headline()
+        head, guide = self.query_one(Head), self.query_one(Guide)
+        head.model, head.now, head.said = self.model, self._headline(), self._pad.text
         head.look()
+        actions = self.process.actions if self.process.phase is Phase.LIVE else ()
+        guide.text = guide_view(self.model, actions, self.size.width, recorded=self.replay is not None)
+        guide.display = self.process.phase is not Phase.ENDED
+        guide.look()
+        self.query_one(KeyLine).look(wanted_now(self.model, recorded=self.replay is not None))
         ended, said = self.query_one("#ended", Static), ""
         if self.process.phase is Phase.ENDED:
             said = self._epitaph().replace("[", "\\[")
@@ -255,8 +274,9 @@ class Dashboard(Saving):
         if kind != self._plots_of:
             self._plots_of = kind
             self.query_one(PlotsPane).choose(*self._memory.signals(kind))
+            self._look_at_plotted()
         arrangement = self.arrangement
-        most = len(PANES) if self._wide else max(2, self.size.height // _ROWS_OF_A_PANE)
+        most = len(PANES) if self._wide else max(3, self.size.height // _ROWS_OF_A_PANE + 1)
         shown = [self.zoomed] if self.zoomed else arrangement.seen(self.available(), most)
         self.query_one(Body).arrange_as(arrangement, shown)
         self.query_one(Strip).display = not self._wide or bool(self.zoomed)
@@ -324,13 +344,22 @@ class Dashboard(Saving):
             self.replay.go_to(message.ns)
             self.look()
 
-    def action_light(self) -> None:
-        """Show light letters on a dark ground, or dark ones on a light ground."""
-        self.theme = _DARK if self.theme == _LIGHT else _LIGHT
+    def action_theme(self) -> None:
+        """Choose another theme; each is seen while it is pointed at."""
+        before = self.theme
+        rows = [(name, "dark" if one.dark else "light") for name, one in sorted(self.available_themes.items())]
+
+        def keep(name: str | None) -> None:
+            self.theme = name or before
+
+        self.push_screen(PickScreen("Which theme?", rows, at=before, look=keep), keep)
 
     def watch_theme(self, theme: str) -> None:
-        """Remember the theme, however it was chosen."""
+        """Remember the theme, however it was chosen, and take the colours of all views from it."""
         self._memory.theme = theme
+        colours = terminal_theme(self.current_theme)
+        if colours is not None:
+            self.ansi_theme_dark = self.ansi_theme_light = colours
 
     # --- plots
 
@@ -347,18 +376,35 @@ class Dashboard(Saving):
             return
 
         def rows() -> list[tuple[str, bool, str]]:
-            signals = self.model.signals.signals if self.model is not None else {}
-            return [(name, name in plots.plotted, one.unit) for name, one in signals.items()]
+            signals = self.model.signals if self.model is not None else None
+            names = [] if signals is None else [*signals.signals, *(set(plots.plotted) - signals.signals.keys())]
+            found = [(name, signals.signal(name)) for name in names] if signals is not None else []
+            return [(name, name in plots.plotted, "" if one is None else one.unit) for name, one in found]
 
-        def toggle(name: str) -> None:
-            kept = [one for one in plots.plotted if one != name]
-            self._plot(kept if name in plots.plotted else [*plots.plotted, name], plots.span_s)
+        self.push_screen(ToggleScreen("Plot which signals?", rows, self._toggle_plot))
 
-        self.push_screen(ToggleScreen("Plot which signals?", rows, toggle))
+    def on_messages_pane_plotted(self, message: MessagesPane.Plotted) -> None:
+        """Plot a field of a message, or do so no more."""
+        self._toggle_plot(message.name)
+        shown = "plots" in self.query_one(Body).shown
+        has = message.name in self.query_one(PlotsPane).plotted
+        if not shown:
+            self.say(f"{message.name} is {'' if has else 'no more '}plotted: 9 shows it")
+
+    def _toggle_plot(self, name: str) -> None:
+        plots = self.query_one(PlotsPane)
+        kept = [one for one in plots.plotted if one != name]
+        self._plot(kept if name in plots.plotted else [name, *plots.plotted], plots.span_s)
 
     def _plot(self, signals: list[str] | None, span_s: int) -> None:
         self.query_one(PlotsPane).choose(signals, span_s)
+        self._look_at_plotted()
         self._memory.plot(self._shown_as.kind, signals, span_s)
+
+    def _look_at_plotted(self) -> None:
+        messages = self.query_one(MessagesPane)
+        messages.plotted = self.query_one(PlotsPane).plotted
+        messages.refresh()
 
     # --- suites
 
@@ -384,7 +430,13 @@ class Dashboard(Saving):
             self.look()
             self.query_one(ChecksPane).focus()
 
-        self.push_screen(SuiteScreen(suites), run_it)
+        self.push_screen(SuiteScreen({suite: self._examples(suite) for suite in suites}), run_it)
+
+    def _examples(self, suite: str) -> list[str]:
+        """Return the first clauses of a suite, as far as a protocol of this bench has them."""
+        protocols = self.model.frames.protocols if self.model is not None else []
+        clauses = (clause for protocol in protocols for clause in protocol.clauses())
+        return [clause.id for clause in clauses if clause.suite == suite][:2]
 
     def action_stop_check(self) -> None:
         """End the suite that runs."""
@@ -410,6 +462,34 @@ class Dashboard(Saving):
                 frames.filter(pattern)
 
         self.push_screen(WordScreen("Frames with (words, -word, > < !):", frames.pattern), filter_by)
+
+    def action_compose(self) -> None:
+        """Edit a message and send it: the one that is pointed at, or one of those that there were."""
+        messages = self.model.messages if self.model is not None else []
+        there = [one.latest for one in messages if one.latest.can_be_made]
+        pointed_at = self.query_one(MessagesPane).pointed_at
+        if not there:
+            self.say("no message was heard or sent yet whose protocol makes frames")
+        elif self.focused is self.query_one(MessagesPane) and pointed_at is not None:
+            self._compose(pointed_at.latest)
+        else:
+            there.sort(key=lambda frame: not frame.sent)
+            named = {f"{'>' if one.sent else '<'} {one.line} {one.item.name}".replace("  ", " "): one for one in there}
+            rows = [(name, fields_text(one).plain[:60]) for name, one in named.items()]
+            self.push_screen(
+                PickScreen("Send which message? You can edit it first.", rows),
+                lambda name: self._compose(named[name]) if name else None,
+            )
+
+    def _compose(self, frame: FrameModel) -> None:
+        def send(data: bytes | None) -> None:
+            if data:
+                self.process.send("send", data=data.hex(), **({"line": frame.line} if frame.line else {}))
+
+        if frame.can_be_made:
+            self.push_screen(ComposeScreen(frame), send)
+        else:
+            self.say(f"its protocol makes no frame of {frame.item.name}")
 
     def action_help(self) -> None:
         """Explain what is seen here, what to try, and the keys."""
@@ -456,12 +536,17 @@ class Dashboard(Saving):
         self.action_leave()
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """Offer every action by name in the command palette; of Textual's own the one that there is not among ours."""
-        yield from (one for one in super().get_system_commands(screen) if one.title == "Theme")
+        """Offer every action by name in the command palette, and none of Textual's own."""
+        del screen
         for what, (name, arguments) in BY_NAME.items():
             if self.check_action(name, arguments):
                 action = getattr(self, f"action_{name}")
-                yield SystemCommand(what, (action.__doc__ or "").strip(), partial(action, *arguments))
+                yield _command(what, key_of(name, arguments), partial(action, *arguments), action.__doc__ or "")
         for number, key in enumerate(self.keys):
             if self.check_action("ask", (number,)):
-                yield SystemCommand(key.title, key.help, partial(self.action_ask, number))
+                yield _command(f"Target: {key.title}", key.key, partial(self.action_ask, number), key.help)
+
+
+def _command(what: str, key: str, do: Callable[[], object], explained: str) -> SystemCommand:
+    """Return a command of the palette, with its key behind its name."""
+    return SystemCommand(f"{what}  ({key})" if key else what, explained.strip(), do)

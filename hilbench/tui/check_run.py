@@ -31,6 +31,7 @@ class CheckRun:
         bench_file: the file of the bench.
         suite: the suite.
         select: which of its clauses, as of ``-k``; empty for all.
+        more: more options of ``hilbench check``.
 
     Attributes:
         checks: what is known of it.
@@ -38,7 +39,7 @@ class CheckRun:
         code: its exit code; None while it runs.
     """
 
-    def __init__(self, bench_file: str, suite: str, select: str = "") -> None:
+    def __init__(self, bench_file: str, suite: str, select: str = "", more: Sequence[str] = ()) -> None:
         self.suite, self.select = suite, select
         self.checks = ChecksModel()
         self.text = ""
@@ -46,7 +47,7 @@ class CheckRun:
         self._folder = Path(tempfile.mkdtemp(prefix="hilbench-check-"))
         self._report = self._folder / "report.json"
         journal = self._folder / "journal.jsonl"
-        words = ["check", bench_file, "--suite", suite, *(["-k", select] if select else [])]
+        words = ["check", bench_file, "--suite", suite, *(["-k", select] if select else []), *more]
         self._plan = self._started([*words, "--list", "--json", "-"])
         self._planned = b""
         self._process = self._started([*words, "--json", str(self._report), "--journal", str(journal)], talk=True)

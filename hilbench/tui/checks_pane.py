@@ -60,7 +60,7 @@ class ChecksPane(RowsPane):
         whole: list[Text] = []
         row = checks.rows.get(self.chosen)
         if self.opened and row is not None:
-            whole = [*clause_view(row, width)[: max(1, height - 4)], Text("─" * width, DIM)]
+            whole = [*clause_view(row, width, max(1, height - 4)), Text("─" * width, DIM)]
         said = [Text(line) for line in self.said[-height:]] if not checks.rows else []
         room = max(1, height - len(whole))
         self._above = len(whole) + 1

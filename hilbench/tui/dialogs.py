@@ -16,6 +16,7 @@ from textual.widgets import Button, Input, Label, OptionList, Select, Static
 from textual.widgets.option_list import Option
 
 __all__ = [
+    "Dialog",
     "HelpScreen",
     "InjectScreen",
     "LeaveScreen",
@@ -30,7 +31,7 @@ __all__ = [
 Answer = TypeVar("Answer")
 
 
-class _Dialog(ModalScreen[Answer]):
+class Dialog(ModalScreen[Answer]):
     """What stands above the panes; a click beside it closes it without an answer."""
 
     def on_click(self, event: events.Click) -> None:
@@ -47,7 +48,7 @@ def _content(text: str) -> Content:
         return Content(text)
 
 
-class HelpScreen(_Dialog[None]):
+class HelpScreen(Dialog[None]):
     """What everything means.
 
     Args:
@@ -70,7 +71,7 @@ class HelpScreen(_Dialog[None]):
         self.query_one("#help").focus()
 
 
-class LeaveScreen(_Dialog[str]):
+class LeaveScreen(Dialog[str]):
     """Stop the bench, or let it run."""
 
     BINDINGS = [
@@ -100,7 +101,7 @@ class LeaveScreen(_Dialog[str]):
         self.dismiss(answer)
 
 
-class WordScreen(_Dialog[str]):
+class WordScreen(Dialog[str]):
     """One line of text.
 
     Args:
@@ -125,43 +126,56 @@ class WordScreen(_Dialog[str]):
         self.dismiss(event.value)
 
 
-class SuiteScreen(_Dialog[tuple[str, str]]):
+class SuiteScreen(Dialog[tuple[str, str]]):
     """A suite, and which of its clauses.
 
     Args:
-        suites: those of the bench.
-        select: what stands in the second field at first.
+        suites: those of the bench, each with a few of its clauses as an example.
     """
 
-    BINDINGS = [Binding("escape", "dismiss", "Close")]
+    BINDINGS = [Binding("escape", "dismiss", "Close"), Binding("ctrl+s", "run", "Run")]
 
-    def __init__(self, suites: Sequence[str], select: str = "") -> None:
+    def __init__(self, suites: Mapping[str, Sequence[str]]) -> None:
         super().__init__()
-        self._suites, self._select = suites, select
+        self._suites = suites
 
     def compose(self) -> ComposeResult:
         """Ask."""
         with Vertical(classes="dialog"):
             yield Label("Run which suite? On a fresh bench; the live one goes on meanwhile.")
-            yield Input(self._select, id="select", placeholder="only these, as of -k: clauses or words; empty: all")
             yield OptionList(*(Option(suite, id=suite) for suite in self._suites), id="suites")
+            yield Label("Only these clauses or words; empty: all of them", classes="hint")
+            yield Input(id="select")
+            with Horizontal(classes="buttons"):
+                yield Button("Run (ctrl+s)", id="run", variant="primary")
+                yield Button("Close (esc)", id="close")
 
     def on_mount(self) -> None:
         """Let enter take the first suite at once."""
         self.query_one("#suites").focus()
 
-    def on_input_submitted(self) -> None:
-        """Go on to the suites; the first one is it, if there is no other."""
-        if len(self._suites) == 1:
-            self._take(self._suites[0])
-        else:
-            self.query_one("#suites").focus()
+    def on_option_list_option_highlighted(self, event: OptionList.OptionHighlighted) -> None:
+        """Give an example that fits the suite."""
+        self.query_one("#select", Input).placeholder = " or ".join(self._suites[str(event.option_id)])
 
-    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+    def on_option_list_option_selected(self) -> None:
         """Take the answer."""
-        self._take(str(event.option_id))
+        self.action_run()
 
-    def _take(self, suite: str) -> None:
+    def on_input_submitted(self) -> None:
+        """Take the answer."""
+        self.action_run()
+
+    def on_button_pressed(self, event: Button.Pressed) -> None:
+        """Take the answer, or none."""
+        if event.button.id == "run":
+            self.action_run()
+        else:
+            self.dismiss(None)
+
+    def action_run(self) -> None:
+        """Take the answer."""
+        suite = list(self._suites)[self.query_one("#suites", OptionList).highlighted or 0]
         self.dismiss((suite, self.query_one("#select", Input).value.strip()))
 
 
@@ -181,7 +195,7 @@ _LASTING = frozenset({"delay", *_OF_THE_LINE})
 _COUNTED = frozenset({"noise", "drop", "flip", "duplicate"})
 
 
-class InjectScreen(_Dialog[dict[str, object]]):
+class InjectScreen(Dialog[dict[str, object]]):
     """A fault for the line.
 
     Args:
@@ -240,25 +254,46 @@ class InjectScreen(_Dialog[dict[str, object]]):
         self.dismiss(asked)
 
 
-class PickScreen(_Dialog[str]):
+class PickScreen(Dialog[str]):
     """One of several.
 
     Args:
         question: what is asked.
         choices: names and what they are.
+        at: the one that is pointed at first; the first if empty.
+        look: is called with the one that is pointed at.
     """
 
     BINDINGS = [Binding("escape", "dismiss", "Close")]
 
-    def __init__(self, question: str, choices: Sequence[tuple[str, str]]) -> None:
+    def __init__(
+        self,
+        question: str,
+        choices: Sequence[tuple[str, str]],
+        *,
+        at: str = "",
+        look: Callable[[str], None] = lambda _: None,
+    ) -> None:
         super().__init__()
         self._question, self._choices = question, choices
+        self._at, self._look = at, look
 
     def compose(self) -> ComposeResult:
         """Show the list."""
         with Vertical(classes="dialog"):
             yield Label(self._question)
-            yield OptionList(*(Option(_bold(f"{name:<16} ", text), id=name) for name, text in self._choices))
+            breadth = max([16, *(len(name) for name, _ in self._choices)])
+            yield OptionList(*(Option(_bold(f"{name:<{breadth}} ", text), id=name) for name, text in self._choices))
+
+    def on_mount(self) -> None:
+        """Point at one."""
+        names = [name for name, _ in self._choices]
+        if self._at in names:
+            self.query_one(OptionList).highlighted = names.index(self._at)
+
+    def on_option_list_option_highlighted(self, event: OptionList.OptionHighlighted) -> None:
+        """Tell who wants to see it."""
+        self._look(str(event.option_id))
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         """Take the answer."""
@@ -270,7 +305,7 @@ class PickScreen(_Dialog[str]):
             event.stop()
 
 
-class ToggleScreen(_Dialog[None]):
+class ToggleScreen(Dialog[None]):
     """Some of several; each choice is in force at once.
 
     Args:

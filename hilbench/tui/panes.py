@@ -8,29 +8,32 @@ from typing import NamedTuple
 from rich.text import Text
 from textual import events
 from textual.binding import Binding
-from textual.content import Content
 from textual.message import Message
 
 from hilbench.tui.lines import Lines
 from hilbench.tui.model.bench import BenchModel
-from hilbench.tui.model.frames import KEPT_FRAMES, FrameModel
+from hilbench.tui.model.rows import rows_of
 from hilbench.tui.views.above import world_view
 from hilbench.tui.views.beside import beside_view
 from hilbench.tui.views.checks import checks_view
 from hilbench.tui.views.console import console_view
 from hilbench.tui.views.counters import counters_view
-from hilbench.tui.views.frames import frame_view, frames_view
+from hilbench.tui.views.frames import frames_view
+from hilbench.tui.views.head import head_view
 from hilbench.tui.views.log import log_view
+from hilbench.tui.views.messages import messages_view
 from hilbench.tui.views.pins import pins_view
 from hilbench.tui.views.plots import SPANS_S, plots_view
 from hilbench.tui.views.states import machine_view
 from hilbench.tui.views.status import link_view, strip_view
 from hilbench.tui.views.watchdogs import timers_view
+from hilbench.tui.views.words import fit
 
-__all__ = ["PANES", "FramesPane", "Head", "Pane", "PaneSpec", "PlotsPane", "RowsPane", "Strip"]
+__all__ = ["LOOKED_AT", "PANES", "Guide", "Head", "Pane", "PaneSpec", "PlotsPane", "RowsPane", "Strip"]
 
 _FEW_STATES = 3
-_HELD_FRAMES = 400
+LOOKED_AT = 300
+"""So many of the latest frames are folded into rows: of a full line more would take too long (choice)."""
 _ROWS_OF_A_NOTCH = 3
 """How far a notch of the wheel points (choice)."""
 View = Callable[[BenchModel, int, int], Sequence[Text]]
@@ -60,6 +63,11 @@ def _pins(model: BenchModel, width: int, height: int) -> list[Text]:
     if beside and not pins:
         return beside
     return [*beside, *pins_view(model.pins, width, max(1, height - len(beside)), model.ns)]
+
+
+def _frames(model: BenchModel, width: int, height: int) -> list[Text]:
+    """Show the latest frames, equal ones folded."""
+    return frames_view(rows_of(model.frames.matching("", LOOKED_AT)), width, height)
 
 
 class PaneSpec(NamedTuple):
@@ -92,7 +100,7 @@ PANES: dict[str, PaneSpec] = {
     ),
     "frames": PaneSpec(
         "Frames",
-        lambda model, width, height: frames_view(list(model.frames.frames), width, height),
+        _frames,
         "5",
         lambda m: bool(m.live.get("protocol") or m.live.get("speakers")),
     ),
@@ -115,6 +123,12 @@ PANES: dict[str, PaneSpec] = {
         lambda model, width, height: checks_view(model.checks, width, height),
         "0",
         lambda m: bool(m.checks.rows),
+    ),
+    "messages": PaneSpec(
+        "Messages",
+        lambda model, width, height: messages_view(model.messages, width, height, model.ns),
+        "M",
+        lambda m: bool(m.live.get("protocol") or m.live.get("speakers")),
     ),
     "console": PaneSpec(
         "Console",
@@ -196,123 +210,6 @@ class RowsPane(Pane):
         self.action_move(_ROWS_OF_A_NOTCH)
 
 
-class FramesPane(RowsPane):
-    """The frames: filtered, held, and one of them byte by byte.
-
-    Attributes:
-        pattern: the filter.
-        held: the frames that are shown while the list stands still; None while it runs.
-        chosen: the number of the frame that is pointed at; None while the list runs.
-        opened: whether that frame is shown byte by byte.
-    """
-
-    BINDINGS = [Binding("enter", "open", "Bytes"), Binding("h", "hold", "Hold")]
-
-    def __init__(self) -> None:
-        super().__init__("frames")
-        self.pattern = ""
-        self.held: list[FrameModel] | None = None
-        self.chosen: int | None = None
-        self.opened = False
-        self._end = 0
-        self._drawn: tuple[int, Sequence[FrameModel]] = (0, ())
-
-    def lines(self, model: BenchModel, width: int, height: int) -> Sequence[Text]:
-        """Return the frames, and above them the one that is opened."""
-        frames = self._shown(model, height if self.held is None else _HELD_FRAMES)
-        frame = self._chosen_of(frames)
-        said: list[Text] = []
-        if self.opened and frame is not None:
-            said = frame_view(frame, width)[: max(1, height - 4)]
-            said = [*said, Text("─" * width, "dim")]
-        room = height - len(said)
-        if self.held is not None and frame is not None:
-            at = frames.index(frame)
-            self._end = min(len(frames), max(room, at + 1, min(self._end, at + room)))
-            frames = frames[max(0, self._end - room) : self._end]
-        self._drawn = len(said), frames[-room:]
-        empty = f"no frame has '{self.pattern}'" if self.pattern else "no frame yet"
-        return [*said, *frames_view(frames, width, room, chosen=self.chosen, empty=empty)]
-
-    def selected(self) -> list[FrameModel]:
-        """Return the frame that is pointed at; else all that the filter lets pass."""
-        if self.held is not None:
-            frame = self._chosen_of(self.held)
-            return self.held if frame is None else [frame]
-        return [] if self.model is None else self.model.frames.matching(self.pattern, KEPT_FRAMES)
-
-    def filter(self, pattern: str) -> None:
-        """Let only those frames pass that a pattern lets pass."""
-        self.pattern = pattern
-        self.held, self.chosen, self.opened = None, None, False
-        self._tell()
-
-    def action_hold(self) -> None:
-        """Let the list stand still, or run on."""
-        if self.held is None:
-            self._hold()
-        else:
-            self.held, self.chosen, self.opened = None, None, False
-        self._tell()
-
-    def action_move(self, by: int) -> None:
-        """Point at another frame."""
-        frames = self._hold()
-        frame = self._chosen_of(frames)
-        if frame is not None:
-            at = frames.index(frame) + by
-            self.chosen = frames[max(0, min(len(frames) - 1, at))].number
-        self._tell()
-
-    def choose_row(self, row: int) -> None:
-        """Point at the frame in a row, and hold the list; show it byte by byte, or no more, if it is pointed at."""
-        above, frames = self._drawn
-        if not above <= row < above + len(frames):
-            return
-        frame = frames[row - above]
-        if self.held is not None and self.chosen == frame.number:
-            self.opened = not self.opened
-        else:
-            self._hold()
-            self.chosen = frame.number
-        self._tell()
-
-    def action_open(self) -> None:
-        """Show the frame byte by byte, or no more."""
-        self._hold()
-        self.opened = not self.opened
-        self._tell()
-
-    def action_back(self) -> None:
-        """Close the frame; then let the list run on; then give the screen back."""
-        if self.opened:
-            self.opened = False
-        elif self.held is not None:
-            self.held, self.chosen = None, None
-        else:
-            self.app.action_unzoom()  # type: ignore[attr-defined]
-        self._tell()
-
-    def _shown(self, model: BenchModel, count: int) -> list[FrameModel]:
-        return model.frames.matching(self.pattern, count) if self.held is None else self.held
-
-    def _hold(self) -> list[FrameModel]:
-        if self.held is None:
-            self.held = [] if self.model is None else self.model.frames.matching(self.pattern, _HELD_FRAMES)
-            self.chosen = self.held[-1].number if self.held else None
-            self._end = len(self.held)
-        return self.held
-
-    def _chosen_of(self, frames: Sequence[FrameModel]) -> FrameModel | None:
-        return next((frame for frame in frames if frame.number == self.chosen), None)
-
-    def _tell(self) -> None:
-        words = [f"filter: {self.pattern}"] if self.pattern else []
-        words += ["held"] if self.held is not None else []
-        self.border_subtitle = Content(", ".join(words))  # somebody's words, and no markup
-        self.refresh()
-
-
 class PlotsPane(Pane):
     """Signals over time.
 
@@ -362,17 +259,39 @@ class Strip(Lines):
 
 
 class Head(Lines):
-    """The first line: which bench it is, and its time.
+    """The first line: which bench it is, what matters most of it, and its time.
 
     Attributes:
-        text: what it says.
+        model: of the bench; None before anything is known of it.
+        now: bench time, and how it passes.
+        said: what is said besides.
     """
 
     def __init__(self) -> None:
         super().__init__("head")
-        self.text = ""
+        self.model: BenchModel | None = None
+        self.now = self.said = ""
 
     def lines_for(self, width: int, height: int) -> Sequence[Text]:
         """Return the line."""
-        del width, height
-        return [Text(self.text)]
+        del height
+        if self.model is None:
+            return [Text(f" hilbench  {self.now}")]
+        return [head_view(self.model, self.now, width, self.said)]
+
+
+class Guide(Lines):
+    """The second line: what goes on, and what to press.
+
+    Attributes:
+        text: that.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("guide")
+        self.text = Text()
+
+    def lines_for(self, width: int, height: int) -> Sequence[Text]:
+        """Return the line."""
+        del height
+        return [fit(self.text, width)]

@@ -7,8 +7,9 @@ from pathlib import Path
 from hilbench.tui.asking import Asking
 from hilbench.tui.checks_pane import ChecksPane
 from hilbench.tui.dialogs import PickScreen
+from hilbench.tui.frames_pane import FramesPane
 from hilbench.tui.model.export import EXPORTS, Selection, exported
-from hilbench.tui.panes import FramesPane, PlotsPane
+from hilbench.tui.panes import PlotsPane
 from hilbench.tui.svg import in_cells
 
 __all__ = ["Saving"]

@@ -14,8 +14,8 @@ from rich.cells import cell_len
 __all__ = ["in_cells"]
 
 _RUN = re.compile(r'(<text class="[^"]*" x=")([\d.]+)(" y="[\d.]+" textLength=")([\d.]+)("[^>]*>)([^<]*)(</text>)')
-_PIECE = re.compile(r"^(?:&#160;)+|(?:&[#\w]+;|[!-%'-~])+|.", re.DOTALL)
-"""Spaces at the beginning, letters of ASCII, or one other letter; spaces are ``&#160;``."""
+_PIECE = re.compile(r"(?:&#160;)+|(?:&[#\w]+;|[!-%'-~])+|.", re.DOTALL)
+"""Spaces, letters of ASCII that begin with none, or one other letter; spaces are ``&#160;``."""
 
 
 def in_cells(svg: str) -> str:

@@ -125,17 +125,17 @@ class Watching(App[None]):
     # --- in words
 
     def _headline(self) -> str:
-        """Return which bench it is, its time, and whether that stands still."""
+        """Return bench time, how it passes, and how the bench and its journal are."""
         model = self.model
         if model is None:
-            return f" hilbench  {self.process.phase.value} ..."
+            return f"{self.process.phase.value} ..."
         if self.replay is not None:
             how = "plays" if self.replay.playing else "recorded"
-            how = f"{how}  [{self.replay.progress}]" if self.replay.progress else how
-            return f" hilbench  {model.name}  {seconds(model.ns)} of {seconds(self.replay.length_ns)}  {how}"
-        state = "" if self.process.phase is Phase.LIVE else f"  [{self.process.phase.value}]"
-        passed = f"  {self.passed_over / 1e6:.1f} MB passed over" if self.passed_over else ""
-        return f" hilbench  {model.name}  {seconds(model.ns)}  {clock_words(model)}{state}{passed}"
+            reads = f"[{self.replay.progress}]  " if self.replay.progress else ""
+            return f"{reads}{seconds(model.ns)} of {seconds(self.replay.length_ns)}  {how}"
+        state = "" if self.process.phase is Phase.LIVE else f"[{self.process.phase.value}]"
+        passed = f"{self.passed_over / 1e6:.1f} MB passed over" if self.passed_over else ""
+        return "  ".join(filter(None, (passed, state, clock_words(model), seconds(model.ns))))
 
     def _epitaph(self) -> str:
         """Return why the bench has ended and where its journal is; of one that ended well it goes with its folder."""

@@ -1,8 +1,8 @@
 """The driving stack's messages to a vehicle-interface board, and the stand-in link that carries them, without any I/O.
 
 Start at `Connection` (one end of a line), `AckermannControlCommand` and `VelocityReport` (what is said), `MESSAGES`
-(fields, units, rates and original types). The link is a stand-in: a micro-ROS agent will take its place, and the
-messages stay.
+(fields, units, rates and original types). The link is a stand-in; where a micro-ROS agent takes its place, the
+messages are the same.
 """
 
 from __future__ import annotations

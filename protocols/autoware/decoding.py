@@ -8,7 +8,7 @@ from protocols.common.flagged import frame_regions
 from protocols.common.items import Item, Kind
 from protocols.common.layout import Region
 
-__all__ = ["decoder", "regions"]
+__all__ = ["decoder", "encode", "regions"]
 
 
 def decoder(options: NoOptions, speaker: Speaker) -> Decoder:
@@ -23,6 +23,16 @@ def decoder(options: NoOptions, speaker: Speaker) -> Decoder:
     )
 
 
+def encode(message: autoware.Message | autoware.UnknownMessage, options: NoOptions) -> bytes:
+    """Return the frame of a message.
+
+    Raises:
+        LocalProtocolError: a number does not fit its field.
+    """
+    del options
+    return autoware.encode_frame(autoware.encode_message(message))
+
+
 def regions(raw: bytes, options: NoOptions, *, sent: bool) -> list[Region]:
     """Return the parts of a sound frame as it stands on the line, where an escaped byte takes two."""
     del options, sent
@@ -34,7 +44,7 @@ def _item(frame: autoware.Frame) -> Item:
     if isinstance(message, autoware.UnknownMessage):
         return Item(kind=Kind.FRAME, name=f"message {message.id:02X}", raw=frame.raw, fields={"body": message.body})
     fields = {name: _stamp(value) for name, value in fields_of(message).items()}
-    return Item(kind=Kind.FRAME, name=type(message).__name__, raw=frame.raw, fields=fields)
+    return Item(kind=Kind.FRAME, name=type(message).__name__, raw=frame.raw, fields=fields, message=message)
 
 
 def _stamp(value: object) -> object:

@@ -190,7 +190,7 @@ class Connection:
         return self._do(now_ns, lambda: board.command(command))
 
     def request(self, mode: int, now_ns: int) -> list[Event]:
-        """Board: the driving stack asks for a mode; `ModeAnswered` is the answer, none comes where nobody listens.
+        """Board: the driving stack asks for a mode; `ModeAnswered` is the answer, if anybody listens.
 
         Raises:
             LocalProtocolError: it is a simulator.

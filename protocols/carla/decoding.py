@@ -10,7 +10,7 @@ from protocols.common.decoding import Decoder, NoOptions, Speaker, fields_of
 from protocols.common.items import Item, Kind
 from protocols.common.layout import Body, Region, laid_out
 
-__all__ = ["decoder", "regions"]
+__all__ = ["decoder", "encode", "regions"]
 
 _NO_FIELD = frozenset({"structure", "unused", "unread"})
 
@@ -19,6 +19,16 @@ def decoder(options: NoOptions, speaker: Speaker) -> Decoder:
     """Return a decoder; frames of both ends may be mixed."""
     del options, speaker
     return _CarlaDecoder()
+
+
+def encode(message: carla.StatusFrame | carla.CommandFrame, options: NoOptions) -> bytes:
+    """Return the bytes of a status or of a command.
+
+    Raises:
+        LocalProtocolError: a value does not fit its field.
+    """
+    del options
+    return carla.encode_status(message) if isinstance(message, carla.StatusFrame) else carla.encode_command(message)
 
 
 def regions(raw: bytes, options: NoOptions, *, sent: bool) -> list[Region]:
@@ -83,7 +93,7 @@ class _CarlaDecoder:
             if isinstance(one, carla.CommandFrame):
                 self._command = _command(one, self._take(carla.COMMAND_LAYOUT.length))
             elif isinstance(one, carla.StatusFrame):
-                items.append(_frame("Status", one, self._take(carla.STATUS_LAYOUT.length)))
+                items.append(_frame("Status", one, one, self._take(carla.STATUS_LAYOUT.length)))
             else:
                 items.append(Item(kind=Kind.DROPPED, name=one.reason.value, raw=self._take(len(one.data))))
         return items + self._command_items()
@@ -114,8 +124,13 @@ def _command(frame: carla.CommandFrame, raw: bytes) -> Item:
     said = carla.command_in(frame)
     if said is None:
         return Item(kind=Kind.UNREADABLE, name=f"mode {frame.mode}, which nobody knows", raw=raw)
-    return _frame(carla.Mode(frame.mode).name, said, raw)
+    return _frame(carla.Mode(frame.mode).name, frame, said, raw)
 
 
-def _frame(name: str, said: carla.StatusFrame | carla.AckermannCommand | carla.ManualCommand, raw: bytes) -> Item:
-    return Item(kind=Kind.FRAME, name=name, raw=raw, fields=fields_of(said))
+def _frame(
+    name: str,
+    frame: carla.StatusFrame | carla.CommandFrame,
+    said: carla.StatusFrame | carla.AckermannCommand | carla.ManualCommand,
+    raw: bytes,
+) -> Item:
+    return Item(kind=Kind.FRAME, name=name, raw=raw, fields=fields_of(said), message=frame)

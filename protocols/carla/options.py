@@ -135,8 +135,8 @@ class BoardOptions:
         requests_in_emergency: the driving stack can order a mode in EMERGENCY (V0, V1; not in the report's diagram).
         both_to_manual: of two requests at once MANUAL is taken; that branch of V0 and V1 cannot be reached.
         republish_stale: at each missed status the old one is reported again (V0, V1).
-        flag_clash: in MANUAL the wait for a status waits for the flag by which the micro-ROS task is told to go
-            AUTOWARE (V1: osEventFlagsWait with UART_NEW_DATA_FLAG, 0b10, which is MA_TO_AUTOWARE_MODE_FLAG there).
+        flag_clash: in MANUAL the wait for a status waits for the flag that requests AUTOWARE from the micro-ROS
+            task (V1: osEventFlagsWait with UART_NEW_DATA_FLAG, 0b10, which is MA_TO_AUTOWARE_MODE_FLAG there).
         own_mode: the micro-ROS task keeps a mode of its own, hands commands on by it and reports it (V0, V1).
         emergency_report: see `EmergencyReport`.
         late_agent: an agent that comes late, or comes back, is heard (choice); otherwise only at boot (V0, V1).

@@ -1,6 +1,6 @@
-"""The checksum of a frame as data: what it is over, where it stands, how it is reckoned.
+"""The checksum of a frame as data: the bytes that it covers, its place, and how it is computed.
 
-It makes a changed frame sound again, and tells one rule from another that is a little wrong.
+It corrects the checksum of a changed frame, and recognises common mistakes in a rejected one.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ _FEWEST_BYTES = 2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Checksum:
-    """A rule. Places are those of a slice of the frame, in bytes: one below 0 counts from the end.
+    """A checksum rule. Positions are in bytes, as in a slice of the frame: a negative one counts from the end.
 
     Attributes:
-        value: returns the checksum of some bytes, begun with a value.
-        begin: what it begins with.
-        first: the first byte that it is over.
-        stop: the byte behind the last one that it is over.
-        at: its own first byte.
-        size: its own bytes.
-        order: which of these comes first.
+        value: returns the checksum of bytes, from an initial value: ``value(data, begin)``.
+        begin: the initial value.
+        first: position of the first byte that it covers.
+        stop: position after the last byte that it covers.
+        at: position of the checksum itself.
+        size: length of the checksum, in bytes.
+        order: byte order of the checksum.
     """
 
     value: Callable[[bytes, int], int]
@@ -39,32 +39,32 @@ class Checksum:
     order: Literal["big", "little"]
 
     def of(self, raw: bytes) -> bytes:
-        """Return what should stand in the place of the checksum of a frame; what stands there is not looked at."""
+        """Return the correct checksum of a frame; the present one is ignored."""
         return self._bytes(self.value(raw[self.first : self.stop], self.begin))
 
     def in_frame(self, raw: bytes) -> bytes:
-        """Return what stands in the place of the checksum."""
+        """Return the present checksum of a frame."""
         at = self.at % len(raw) if raw else 0
         return raw[at : at + self.size]
 
     def put(self, raw: bytes, said: bytes) -> bytes:
-        """Return the frame with these bytes in the place of its checksum."""
+        """Return the frame with these bytes as its checksum."""
         at = self.at % len(raw)
         return raw[:at] + said + raw[at + self.size :]
 
     def mended(self, raw: bytes) -> bytes:
-        """Return the frame with the checksum that it should have; too short a one as it is."""
+        """Return the frame with its correct checksum; a frame that is too short is returned unchanged."""
         if len(raw) < self.first + self.size or not raw:
             return raw
         return self.put(raw, self.of(raw))
 
     def mistake(self, raw: bytes) -> str:
-        """Return what is wrong with a refused frame, if it is a mistake that is often made; "" if it is none.
+        """Return which common mistake explains a rejected frame; "" if none does.
 
-        Of a checksum of one byte nothing: one of some twenty mistakes fits by accident too often.
+        A checksum of one byte is not examined: one of some twenty mistakes would fit by chance too often.
 
         Args:
-            raw: the frame; what stands behind its checksum may be missing.
+            raw: the frame; the bytes after its checksum may be missing.
         """
         behind = max(0, -self.at - self.size)
         if self.size < _FEWEST_BYTES:

@@ -1,6 +1,7 @@
-"""Reads a stream for people: bytes in, items out, in order and without a gap.
+"""Decodes a stream for people: bytes in, items out, in order, every byte in one item.
 
-A decoder starts nothing and judges nothing: what is on the line it shows, with the reason where it makes no sense.
+A decoder sends nothing and judges nothing. It shows what is on the line; for bytes that make no sense, it gives the
+reason.
 """
 
 from __future__ import annotations
@@ -24,26 +25,26 @@ RejectedT = TypeVar("RejectedT", bound="Rejected")
 
 @dataclass(frozen=True, slots=True)
 class NoOptions:
-    """How the frames of a protocol are read that has but one form."""
+    """The options of a protocol whose frames can be read in one way only."""
 
 
 class Decoder(Protocol):
-    """Reads one stream. Whoever looks at few of many frames finds them all, and reads those."""
+    """Decodes one stream. `find` splits it into frames, `read` decodes one of them; `feed` does both."""
 
     def find(self, data: bytes) -> Sequence[Any]:
-        """Take bytes; return what they complete, not read yet."""
+        """Take bytes; return the frames and rejected bytes that they complete, not decoded yet."""
 
     def sort(self, found: Any) -> Hashable:
-        """Return what distinguishes a frame from those of other messages; None of bytes that are no frame."""
+        """Return a key that frames of the same message share; None for bytes that are no frame."""
 
     def read(self, found: Any) -> Item:
-        """Read what was found."""
+        """Decode what `find` has returned."""
 
     def feed(self, data: bytes) -> Iterable[Item]:
-        """Take bytes; return what they complete."""
+        """Take bytes; return the items that they complete."""
 
     def finish(self) -> Iterable[Item]:
-        """Return what is left when nothing more comes."""
+        """Return the items that are left at the end of the stream."""
 
 
 class Found(Protocol):
@@ -80,14 +81,14 @@ class ReaderDecoder(Generic[FrameT, RejectedT]):
     """A decoder made of a protocol's own reader of frames.
 
     Args:
-        reader: finds them.
-        rejected: the class of bytes that are no frame.
-        senseless: what `item` raises of a frame whose content makes no sense.
-        body: the attribute with what a frame carries; its first byte says which message that is, if `sort` does
-            not.
-        item: reads a sound frame. A dashboard that goes back in a recording copies decoders with `pickle`: a function
-            at the top level of its module, or a `functools.partial` of one.
-        sort: likewise a function; returns what distinguishes a frame from those of other messages.
+        reader: finds the frames.
+        rejected: the class of rejected bytes.
+        senseless: the exception that `item` raises for a frame whose content makes no sense.
+        body: the name of the attribute with the payload of a frame. Its first byte is the key of the message, unless
+            there is a `sort`.
+        item: makes the item of a valid frame. The dashboard copies decoders with `pickle`, so it is a function at the
+            top level of a module, or a `functools.partial` of one.
+        sort: returns a key that frames of the same message share; a function like `item`.
     """
 
     def __init__(

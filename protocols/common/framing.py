@@ -1,7 +1,7 @@
-"""Finds frames in a stream by looking at what begins at each byte; for frames that say themselves how they end.
+"""Finds frames in a stream. At each byte it asks whether a frame begins there; each frame must show where it ends.
 
-Bytes that begin no frame are dropped one by one, with the reason; those in a row with one reason are one piece. Where
-it is known how far a refused frame goes, such as a line of text with a wrong checksum, it is dropped as a whole.
+A byte that begins no frame is dropped, with the reason. Dropped bytes in a row with the same reason are one piece. If
+the end of a rejected frame is known, as of a text line with a wrong checksum, the frame is dropped as a whole.
 """
 
 from __future__ import annotations
@@ -49,10 +49,10 @@ class ScanningReader:
     """See the module.
 
     Args:
-        look: says what some bytes, at least one, begin with.
-        gap_ns: the longest pause in a frame, in ns; what comes after a longer one is the beginning of something. None
-            for any.
-        longest: the longest frame, in bytes; `look` is shown no more.
+        look: looks at one byte or more and returns the frame that they begin with, the reason why they begin none, or
+            None if it needs more bytes.
+        gap_ns: the longest pause within a frame, in ns. After a longer pause a new frame begins. None for no limit.
+        longest: the longest frame, in bytes. `look` gets no more bytes than this.
     """
 
     def __init__(self, look: Look, gap_ns: int | None = None, longest: int = 1024) -> None:

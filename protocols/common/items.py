@@ -1,4 +1,4 @@
-"""What bytes turn out to be: frames that say something, frames that do not, and the rest."""
+"""What a decoder makes of bytes: messages, frames without a meaning, and bytes in no frame."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ __all__ = ["Item", "Kind"]
 
 
 class Kind(Enum):
-    """How far bytes could be read."""
+    """How far bytes could be decoded."""
 
     FRAME = "frame"
-    """A sound frame that says something."""
+    """A valid frame with a known message."""
     UNREADABLE = "unreadable"
-    """A sound frame whose content makes no sense."""
+    """A valid frame whose content makes no sense."""
     DROPPED = "dropped"
-    """Bytes that belong to no sound frame."""
+    """Bytes that belong to no valid frame."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,11 +25,11 @@ class Item:
     """Some bytes of a stream.
 
     Attributes:
-        kind: how far they could be read.
-        name: of the message; else why there is none.
+        kind: how far they could be decoded.
+        name: the name of the message, or why there is none.
         raw: the bytes.
-        fields: what the message says.
-        message: the protocol's own object of it, which a check waits for by its class; None where there is none.
+        fields: the fields of the message, by name.
+        message: the protocol's own object of the message; a check waits for it by its class. None if there is none.
     """
 
     kind: Kind

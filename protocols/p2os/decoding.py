@@ -14,13 +14,13 @@ from protocols.common.decoding import Decoder, NoOptions, ReaderDecoder, Speaker
 from protocols.common.items import Item, Kind
 from protocols.common.layout import Body, Region, laid_out
 from protocols.p2os.command_table import CommandNumber
-from protocols.p2os.commands import command_name, decode_command
+from protocols.p2os.commands import Command, command_name, decode_command, encode_command
 from protocols.p2os.errors import RemoteProtocolError
 from protocols.p2os.framing import Dropped, Frame, FrameReader
 from protocols.p2os.framing import checksum as body_checksum
-from protocols.p2os.packets import ServerPacket, decode_packet
+from protocols.p2os.packets import ServerPacket, decode_packet, encode_packet
 
-__all__ = ["checksum", "decoder", "regions"]
+__all__ = ["checksum", "decoder", "encode", "regions"]
 
 _PULSE, _OPEN, _CLOSE = (bytes((number,)) for number in (CommandNumber.PULSE, CommandNumber.OPEN, CommandNumber.CLOSE))
 
@@ -38,6 +38,16 @@ def decoder(options: NoOptions, speaker: Speaker) -> Decoder:
             sort=_sort_of_command,
         )
     return ReaderDecoder(FrameReader(), rejected=Dropped, senseless=RemoteProtocolError, body="body", item=_packet)
+
+
+def encode(message: Command | ServerPacket, options: NoOptions) -> bytes:
+    """Return the frame of a client's command, or of a robot's packet.
+
+    Raises:
+        LocalProtocolError: something does not fit its place.
+    """
+    del options
+    return encode_command(message) if isinstance(message, Command) else encode_packet(message)
 
 
 def regions(raw: bytes, options: NoOptions, *, sent: bool) -> list[Region]:
@@ -113,7 +123,8 @@ def _sort_of_command(command: _Command) -> Hashable:
 def _command_item(command: _Command) -> Item:
     decoded = decode_command(command.body)
     fields = {} if decoded.argument is None else {"argument": decoded.argument}
-    return Item(kind=Kind.FRAME, name=command.sync or command_name(decoded.number), raw=command.raw, fields=fields)
+    name = command.sync or command_name(decoded.number)
+    return Item(kind=Kind.FRAME, name=name, raw=command.raw, fields=fields, message=decoded)
 
 
 def _packet(frame: Frame) -> Item:

@@ -83,7 +83,7 @@ class UnknownSubclass(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClientOptions:
-    """The client role. The figures are ARIA's (ArRobot.cpp) unless said otherwise.
+    """The client role. The figures are ARIA's (ArRobot.cpp), unless another source is named.
 
     Attributes:
         sync_timeout_s: how long a SYNC waits for its answer.

@@ -112,7 +112,7 @@ class Connection(MachineConnection[State, Trigger, Action, Timer, Event, Counter
     def totals(self) -> PacketTotals | None:
         """Client: the rover's counters without their wrapping; None before the first general report, and for a server.
 
-        They begin anew with `connect`. A rover that restarts meanwhile looks like one whose counters wrapped.
+        They restart at 0 with `connect`. A rover that restarts meanwhile looks like one whose counters wrapped.
         """
         return self._machine.totals if isinstance(self._machine, ClientMachine) else None
 

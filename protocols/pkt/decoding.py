@@ -12,14 +12,14 @@ from protocols.common.decoding import Decoder, ReaderDecoder, Speaker, fields_of
 from protocols.common.items import Item, Kind
 from protocols.common.layout import Body, Region, laid_out
 from protocols.pkt.codes import ReportId
-from protocols.pkt.commands import COMMANDS, decode_command
+from protocols.pkt.commands import COMMANDS, Command, decode_command, encode_command
 from protocols.pkt.crc import CRC_BYTES, INITIAL, crc16_from
 from protocols.pkt.errors import RemoteProtocolError
-from protocols.pkt.framing import Dropped, Frame, FrameReader
+from protocols.pkt.framing import Dropped, Frame, FrameReader, encode_frame
 from protocols.pkt.options import FrameTimer, Framing, FramingOptions, Resync, Schema
-from protocols.pkt.reports import decode_report
+from protocols.pkt.reports import Report, decode_report, encode_report
 
-__all__ = ["DecodeOptions", "checksum", "decoder", "regions"]
+__all__ = ["DecodeOptions", "checksum", "decoder", "encode", "regions"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,6 +53,19 @@ def decoder(options: DecodeOptions, speaker: Speaker) -> Decoder:
     )
 
 
+def encode(message: Command | Report, options: DecodeOptions) -> bytes:
+    """Return the frame of a command or of a report.
+
+    Raises:
+        LocalProtocolError: the schema does not have it, or a value does not fit its place.
+    """
+    if isinstance(message, Report):
+        payload = encode_report(message, options.schema)
+    else:
+        payload = encode_command(message, options.schema)
+    return encode_frame(payload, FramingOptions(framing=options.framing))
+
+
 def regions(raw: bytes, options: DecodeOptions, *, sent: bool) -> list[Region]:
     """Return what the bytes of a sound frame are."""
     del sent
@@ -73,7 +86,7 @@ def checksum(options: DecodeOptions) -> Checksum:
 def _item(frame: Frame, schema: Schema) -> Item:
     message = _reader_of(frame.payload, schema)(frame.payload)
     name = type(message).__name__ if _is_report(frame.payload) else _command_name(frame.payload[0], schema)
-    return Item(kind=Kind.FRAME, name=name, raw=frame.raw, fields=fields_of(message))
+    return Item(kind=Kind.FRAME, name=name, raw=frame.raw, fields=fields_of(message), message=message)
 
 
 def _is_report(payload: bytes) -> bool:

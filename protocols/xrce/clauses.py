@@ -1,25 +1,31 @@
-"""What an agent must do, as rules that can be checked from the far end of a line.
+"""What an agent must do, and a client, as rules that can be checked from the far end of a line.
 
 The specification is OMG DDS-XRCE 1.0 (formal/2020-02-01). Where eProsima's client and agent differ from it, the rule is
-what a client in use needs, and says so.
+what a client or an agent in use needs, and says so.
 """
 
 from __future__ import annotations
 
+from functools import partial
+
 from protocols.common.clause import Clause
 
-__all__ = ["AGENT_CLAUSES", "AGENT_SUITE", "CLAUSES"]
+__all__ = ["AGENT_CLAUSES", "AGENT_SUITE", "CLAUSES", "CLIENT_CLAUSES", "CLIENT_SUITE"]
 
 AGENT_SUITE = "xrce-agent"
+CLIENT_SUITE = "xrce-client"
 
 _SPEC = "OMG DDS-XRCE 1.0, "
 _AGENT = "eProsima/Micro-XRCE-DDS-Agent, "
+_CLIENT = "eProsima/Micro-XRCE-DDS-Client, "
 
 
-def _rule(number: str, title: str, text: str, *sources: str, level: str = "must") -> Clause:
+def _rule(
+    number: str, title: str, text: str, *sources: str, level: str = "must", prefix: str = "XA", suite: str = AGENT_SUITE
+) -> Clause:
     return Clause(
-        id=f"XA{number}",
-        suite=AGENT_SUITE,
+        id=f"{prefix}{number}",
+        suite=suite,
         level="must" if level == "must" else "should",
         title=title,
         text=text,
@@ -181,4 +187,148 @@ AGENT_CLAUSES = (
     ),
 )
 
-CLAUSES = AGENT_CLAUSES
+_client_rule = partial(_rule, prefix="XC", suite=CLIENT_SUITE)
+
+CLIENT_CLAUSES = (
+    _client_rule(
+        "01",
+        "A client asks for a session",
+        "Before a session a client says nothing but GET_INFO about the agent and, within 15 s, CREATE_CLIENT: with the "
+        "cookie, version 1, a key that is not all zeros, the id of a session, and room for 36 bytes at least; outside "
+        "of any session, with the key in the header where the id is below 80 hex.",
+        _SPEC + "7.8.2.1 and 8.3.2.1",
+        _CLIENT + "session_info.c, uxr_buffer_create_session",
+    ),
+    _client_rule(
+        "02",
+        "It asks until it is answered",
+        "CREATE_CLIENT that is not answered comes again, the same, twice more within 10 s; pings may come between.",
+        _CLIENT + "session.c, wait_session_status",
+    ),
+    _client_rule(
+        "03",
+        "A refused client has no session",
+        "After STATUS_AGENT with an error nothing comes in the session that was asked for, but its end.",
+        _SPEC + "7.8.2.1",
+    ),
+    _client_rule(
+        "04",
+        "A slow agent is waited for",
+        "STATUS_AGENT that comes 1.5 s after CREATE_CLIENT begins the session: within 3 s something comes in it.",
+        _CLIENT + "CMakeLists.txt, UCLIENT_MAX_SESSION_CONNECTION_ATTEMPTS",
+    ),
+    _client_rule(
+        "05",
+        "Objects are created, parents first",
+        "In a session at least a participant is created within 5 s. The kind in the id of an object is its own, and "
+        "the objects that it belongs to were asked for before it.",
+        _SPEC + "7.8.3.1 and 8.3.5.2",
+    ),
+    _client_rule(
+        "06",
+        "No object twice",
+        "In one session no object is created again, but with reuse or replace.",
+        _SPEC + "7.8.3.2",
+    ),
+    _client_rule(
+        "07",
+        "Numbers of a reliable stream",
+        "The messages of each reliable stream have the numbers 0, 1, 2 and so on; one that came may come again.",
+        _SPEC + "8.3.2.3 and 8.4.14",
+    ),
+    _client_rule(
+        "08",
+        "No more than the window",
+        "Without an ACKNACK no more than 16 messages of a reliable stream are sent, as many as it can name.",
+        _SPEC + "8.3.5.11",
+    ),
+    _client_rule(
+        "09",
+        "What is not acknowledged is said",
+        "Within 1 s of a message of a reliable stream that is not acknowledged HEARTBEAT says from where to where "
+        "messages are unacknowledged, and of which stream.",
+        _SPEC + "8.3.5.12 and 8.4.14",
+    ),
+    _client_rule(
+        "10",
+        "What is missing is sent again",
+        "A message that an ACKNACK names as missing comes again within 0.5 s, the same bytes.",
+        _SPEC + "8.4.14",
+    ),
+    _client_rule(
+        "11",
+        "What is acknowledged is done with",
+        "A message that was acknowledged does not come again, and no HEARTBEAT names it.",
+        _SPEC + "8.4.14",
+    ),
+    _client_rule(
+        "12",
+        "A HEARTBEAT is answered",
+        "HEARTBEAT is answered within 0.2 s with ACKNACK of that stream: what was received, and what is missing.",
+        _SPEC + "8.3.5.12 and 8.4.14",
+    ),
+    _client_rule(
+        "13",
+        "What comes too early waits",
+        "Of two messages of the reliable stream whose second comes first, ACKNACK names the first as missing and not "
+        "the second; when the first has come, both are acknowledged.",
+        _SPEC + "8.4.14",
+    ),
+    _client_rule(
+        "14",
+        "What comes twice is acknowledged twice",
+        "A message of the reliable stream that comes again is acknowledged again.",
+        _SPEC + "8.4.14",
+    ),
+    _client_rule(
+        "15",
+        "Either byte order",
+        "HEARTBEAT with its numbers in big-endian, as its flags say, is understood.",
+        _SPEC + "8.3.4",
+    ),
+    _client_rule(
+        "16",
+        "Damage is not obeyed",
+        "STATUS_AGENT in a frame with a wrong CRC begins no session; noise and a frame that is cut short cost nothing "
+        "of the sound HEARTBEAT behind them.",
+        _CLIENT + "stream_framing_protocol.c",
+    ),
+    _client_rule(
+        "17",
+        "Another session is not its own",
+        "HEARTBEAT in a session of another id is not answered.",
+        _SPEC + "8.3.2.1",
+    ),
+    _client_rule(
+        "18",
+        "An agent that was restarted is found",
+        "An agent that has forgotten all, and says so where it is pinged, is asked for a session within 10 s; in that "
+        "all streams begin at 0, and the same objects are created.",
+        "docs.vulcanexus.org, Reconnections and liveliness; asked for in eProsima/Micro-XRCE-DDS-Client#367",
+        level="should",
+    ),
+    _client_rule(
+        "19",
+        "An agent that was away is found",
+        "The same where an agent is mute for 10 s, and another one takes its place.",
+        "docs.vulcanexus.org, Reconnections and liveliness; asked for in eProsima/Micro-XRCE-DDS-Client#367",
+        level="should",
+    ),
+    _client_rule(
+        "20",
+        "What a client had can be freed",
+        "Each session of a client has the same key, by which an agent knows what the one before has left.",
+        _SPEC + "7.8.2.1",
+        _AGENT + "Root.cpp, create_client",
+        level="should",
+    ),
+    _client_rule(
+        "21",
+        "Two agents at a line",
+        "Where each answer comes twice, as with two agents at one line, the session goes on: it is not asked for "
+        "again, and what is said in it is what is said with one.",
+        _SPEC + "8.4.14",
+    ),
+)
+
+CLAUSES = (*AGENT_CLAUSES, *CLIENT_CLAUSES)

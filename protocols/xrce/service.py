@@ -181,9 +181,12 @@ class AgentService:
         self.space.add_writer(made)
         return made
 
-    def write(self, writer: Writer, data: bytes, now_ns: int) -> Written:
-        """A program beside the agent writes a sample: CDR without a header, little-endian."""
-        self._route("", writer, StoredSample(data=data), now_ns)
+    def write(self, writer: Writer, data: bytes, now_ns: int, *, identity: SampleIdentity | None = None) -> Written:
+        """A program beside the agent writes a sample: CDR without a header, little-endian.
+
+        A request of a service has an identity, by which its reply is known: `StoredSample.answers`.
+        """
+        self._route("", writer, StoredSample(data=data, identity=identity), now_ns)
         return self._settle(now_ns)
 
     def listen(

@@ -15,7 +15,7 @@ machine has not reached.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -172,6 +172,18 @@ class Machine:
         self._cut()
 
     # --- for people
+
+    def cover(self) -> None:
+        """Remember from now on what is executed.
+
+        Raises:
+            MemoryError: there is no memory for it.
+        """
+        self.engine.cover()
+
+    def executed(self) -> Iterator[int]:
+        """Return the addresses of all instructions executed since `cover`; see `CoreEngine.executed`."""
+        return self.engine.executed()
 
     def function(self, pc: int) -> str:
         """Return the name of the function at an address, or the address."""

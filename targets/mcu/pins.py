@@ -146,22 +146,22 @@ class Bank:
 
 
 class Pin:
-    """One pin; it comes from `Pins`.
+    """A pin of a chip.
 
     Attributes:
         name: such as ``PA0``.
         bonded: False if the package has no such pin: the pad is there, but nothing outside can reach it.
-        recording: True while edges are kept for whoever holds the pin; see `record`.
-        following: True while they are kept for who reads all pins; see `follow`.
-        passing: how many edges of the last serial frame are left out, unless somebody asks; see `pass_over`.
+        recording: True while edges are kept for the user of the pin; see `record`.
+        following: True while edges are kept for the reader of all pins; see `follow`.
+        passing: how many edges of the last serial frame are left out; see `pass_over`.
         nets: the wires that end here.
         outputs: signals that the pad carries while it is in an alternate function; the first that drives wins.
         inputs: signals that listen to the pad.
-        bank: the word in which the port reads the pin, and
-        mask: its bit in there.
+        bank: the word of the port that has the pin.
+        mask: the bit of the pin in that word.
         alternate: True if the pad is configured to carry its alternate-function output.
-        lazy: True if level and record must be asked for: a peripheral does not tell of each edge.
-        wave: what the pad carries if that is too fast for edges; its level then stands low.
+        lazy: True if a peripheral does not report each edge, so that level and record are computed when they are read.
+        wave: the signal on the pad if it is too fast for edges; the level is then low.
         on_wave: called with `wave` at the cycle of every change of it.
     """
 
@@ -267,7 +267,7 @@ class Pin:
         self._drive_outside(None if volts is None else Source(volts, ohms))
 
     def drive_ramp(self, from_volts: float, to_volts: float, *, in_ns: int, ohms: float = DRIVER_OHMS) -> None:
-        """Drive the pin from outside with a voltage that goes evenly from one to another from now on; see `drive`.
+        """Drive the pin from outside with a voltage ramp that begins now; see `drive`.
 
         Args:
             from_volts: the first,
@@ -284,7 +284,7 @@ class Pin:
                 time.at_ns(at_ns, lambda: self._drive_outside(ramp) if self._outside is ramp else None)
 
     def record(self, on: bool = True) -> None:
-        """Begin or end to keep the edges of the pin. Until they are taken they cost memory."""
+        """Start or stop recording the edges of the pin. Recorded edges cost memory until they are taken."""
         self.refresh()
         self.recording = on
         self.update_watch()
@@ -296,7 +296,7 @@ class Pin:
         return self._edges
 
     def take_edges(self) -> list[Edge]:
-        """Return the edges recorded since they were last taken, and forget them."""
+        """Return the edges recorded since the last call, and remove them."""
         self.refresh()
         taken, self._edges = self._edges, []
         return taken
@@ -339,7 +339,7 @@ class Pin:
         return passed
 
     def on_edge(self, callback: Callable[[int, int, bool | None], None]) -> None:
-        """Have `callback(cycle, ns, level)` called at every edge from now on, while the chip stands at its cycle."""
+        """Call `callback(cycle, ns, level)` at every edge from now on, while the chip is at the cycle of the edge."""
         self.refresh()
         self._listeners.append(callback)
         self.update_watch()

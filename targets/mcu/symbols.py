@@ -6,12 +6,12 @@ import bisect
 import io
 import struct
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
-from typing import Any
+from typing import Any, NamedTuple
 
-__all__ = ["NO_SYMBOLS", "Symbol", "Symbols", "damage"]
+__all__ = ["NO_SYMBOLS", "LineRow", "Symbol", "Symbols", "damage"]
 
 _ALLOC = 1 << 1  # SHF_ALLOC: the section is in memory when the program runs
 
@@ -35,12 +35,32 @@ class Symbol:
     is_weak: bool
 
 
+class LineRow(NamedTuple):
+    """What stands in a line table of one piece of code.
+
+    Attributes:
+        start: its first address.
+        end: the address behind it.
+        file: the source, with its folder as the compiler was given it.
+        line: counted from 1; 0 for code of no line.
+    """
+
+    start: int
+    end: int
+    file: str
+    line: int
+
+
 class Symbols:
     """Looks up addresses and names. Line tables are read from the ELF file when the first line is asked for.
 
     Args:
         symbols: the symbol table.
         elf: the whole file, for its line tables; None if there is none.
+
+    Attributes:
+        all: the symbol table.
+        functions: code in the order of addresses, of several names for one the best.
     """
 
     def __init__(self, symbols: Iterable[Symbol] = (), elf: bytes | None = None) -> None:
@@ -50,8 +70,8 @@ class Symbols:
         for symbol in self.all:
             if symbol.is_code and (symbol.address not in best or _rank(symbol) < _rank(best[symbol.address])):
                 best[symbol.address] = symbol
-        self._functions = sorted(best.values(), key=lambda symbol: symbol.address)
-        self._starts = [symbol.address for symbol in self._functions]
+        self.functions = sorted(best.values(), key=lambda symbol: symbol.address)
+        self._starts = [symbol.address for symbol in self.functions]
         self._lines = _LineTables(elf)
 
     def find(self, name: str) -> Symbol | None:
@@ -66,10 +86,15 @@ class Symbols:
         index = bisect.bisect_right(self._starts, pc) - 1
         if index < 0:
             return None
-        symbol = self._functions[index]
+        symbol = self.functions[index]
         if symbol.size and pc >= symbol.address + symbol.size:
             return None
         return symbol.name
+
+    @property
+    def rows(self) -> Sequence[LineRow]:
+        """The line tables, in the order of addresses; empty where the image has none."""
+        return self._lines.rows
 
     def line_at(self, pc: int) -> str | None:
         """Return ``file.c:42`` for the address `pc`, or None where the image does not say."""
@@ -94,22 +119,27 @@ class _LineTables:
 
     def __init__(self, elf: bytes | None) -> None:
         self._elf = elf
-        self._rows: list[tuple[int, int, str]] = []  # (first address, address behind, file:line)
+        self._rows: list[LineRow] = []
 
-    def find(self, pc: int) -> str | None:
+    @property
+    def rows(self) -> Sequence[LineRow]:
         if self._elf is not None:
             self._rows = sorted(_read_rows(self._elf))
             self._elf = None
-        index = bisect.bisect_right(self._rows, (pc, 1 << 32, "")) - 1
-        if index >= 0 and self._rows[index][0] <= pc < self._rows[index][1]:
-            return self._rows[index][2]
+        return self._rows
+
+    def find(self, pc: int) -> str | None:
+        index = bisect.bisect_right(self.rows, (pc, 1 << 32)) - 1
+        if index >= 0 and self._rows[index].start <= pc < self._rows[index].end:
+            row = self._rows[index]
+            return f"{PurePosixPath(row.file).name}:{row.line}"
         return None
 
 
-def _read_rows(data: bytes) -> list[tuple[int, int, str]]:
+def _read_rows(data: bytes) -> list[LineRow]:
     from elftools.elf.elffile import ELFFile
 
-    rows: list[tuple[int, int, str]] = []
+    rows: list[LineRow] = []
     try:
         elf = ELFFile(io.BytesIO(data))
         if elf.has_dwarf_info():
@@ -118,7 +148,8 @@ def _read_rows(data: bytes) -> list[tuple[int, int, str]]:
             for unit in dwarf.iter_CUs():
                 program = dwarf.line_program_for_CU(unit)
                 if program is not None:
-                    rows.extend(row for row in _rows_of(program) if any(row[0] in section for section in loaded))
+                    folder = _text(unit.get_top_DIE().attributes.get("DW_AT_comp_dir"))
+                    rows.extend(row for row in _rows_of(program, folder) if any(row.start in one for one in loaded))
     except damage():
         # Debug information is a convenience: what of it is damaged is left out.
         return rows
@@ -134,18 +165,28 @@ def _loaded(elf: Any) -> list[range]:
     return [range(head["sh_addr"], head["sh_addr"] + head["sh_size"]) for head in headers if head["sh_flags"] & _ALLOC]
 
 
-def _rows_of(program: Any) -> Iterable[tuple[int, int, str]]:
-    header = program.header
-    files = header["file_entry"]
-    first = 0 if header["version"] >= 5 else 1  # files are counted from 0 since DWARF 5, section 6.2.4
+def _text(attribute: Any) -> str:
+    return "" if attribute is None else str(attribute.value.decode(errors="replace"))
+
+
+def _files_of(header: Any, folder: str) -> list[str]:
+    """Return the sources by their numbers (DWARF 5, section 6.2.4; before that both are counted from 1)."""
+    folders = [name.decode(errors="replace") for name in header["include_directory"]]
+    files = [(entry.dir_index, entry.name.decode(errors="replace")) for entry in header["file_entry"]]
+    if header["version"] < 5:
+        folders, files = [folder, *folders], [(0, ""), *files]
+    return [str(PurePosixPath(folder, *folders[number : number + 1], name)) for number, name in files]
+
+
+def _rows_of(program: Any, folder: str) -> Iterable[LineRow]:
+    files = _files_of(program.header, folder)
     before = None
     for entry in program.get_entries():
         state = entry.state
         if state is None:
             continue
         if before is not None and before.address < state.address:
-            name = files[before.file - first].name.decode(errors="replace")
-            yield before.address, state.address, f"{PurePosixPath(name).name}:{before.line}"
+            yield LineRow(before.address, state.address, files[before.file], before.line)
         before = None if state.end_sequence else state
 
 

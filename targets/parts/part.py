@@ -46,7 +46,7 @@ HISTORY_NS = 200_000_000
 
 
 class Direction(enum.Enum):
-    """Which way something goes, as the part sees it."""
+    """The direction of a terminal or quantity, as the part sees it."""
 
     IN = "in"
     OUT = "out"
@@ -54,14 +54,14 @@ class Direction(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Terminal:
-    """A wire of a part, 0 or 3.3 V. What goes out is push-pull, or not driven at all.
+    """A wire of a part, 0 or 3.3 V. An output is push-pull, or not driven at all.
 
     Attributes:
         name: such as ``comm1``.
         direction: as the part sees it.
-        analog: what goes out is a voltage, for a converter.
-        needed: the part makes no sense while nothing is connected here; others may stay open, and read low then.
-        text: what it is for.
+        analog: an output is a voltage, for an analog-to-digital converter.
+        needed: it must be connected. Other terminals may stay open; an open input reads low.
+        text: its purpose.
     """
 
     name: str
@@ -78,10 +78,10 @@ class Quantity:
     Attributes:
         name: such as ``range``.
         direction: as the part sees it.
-        unit: as the signal of the world that fits has it: ``m``, ``m/s``, ``rad``, ...; ``1`` for none.
-        needed: the part makes no sense without it.
-        late: the part takes what another one gave for the step before, 0 at first. A circuit is a circle of parts, and
-            this is where it is cut: feedback is one physics step late.
+        unit: the unit, equal to that of the signal it is joined to: ``m``, ``m/s``, ``rad``, ...; ``1`` for none.
+        needed: it must be joined.
+        late: the part takes the value of the step before, 0 at first. In a loop of parts, such as a circuit, one part
+            must do so: feedback is one physics step late.
         text: what it is.
     """
 
@@ -99,9 +99,9 @@ class Control:
 
     Attributes:
         name: such as ``r2``.
-        least: where it can go,
-        greatest: likewise,
-        rest: and where it is when nobody touches it.
+        least: its lowest position.
+        greatest: its highest position.
+        rest: its position when nobody touches it.
         text: what it is.
     """
 
@@ -213,15 +213,15 @@ def _no_rate(baud: int) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ports:
-    """What a part is connected to.
+    """The connections of a part.
 
     Attributes:
-        inputs: by name of terminal; what is not connected may be missing.
+        inputs: the inputs, by name of terminal; terminals without a connection may be missing.
         outputs: likewise.
-        analogs: likewise, of analog terminals.
-        serial: takes the bytes that the part sends, at the time at which it was called.
-        rate: takes the rate in bit/s of the part's serial end, if it has one of its own, from now on.
-        tell: takes frozen events for the journal, at the time at which the part was called.
+        analogs: likewise, for analog terminals.
+        serial: takes the bytes that the part sends, at the time of the present call of the part.
+        rate: sets the rate of the part's serial end in bit/s, from now on, if the part chooses it itself.
+        tell: takes frozen events for the journal, at the time of the present call of the part.
     """
 
     inputs: Mapping[str, DigitalInput] = field(default_factory=dict)
@@ -232,20 +232,20 @@ class Ports:
     tell: Callable[[object], None] = _deaf
 
     def input(self, name: str) -> DigitalInput:
-        """The input of a terminal; one that is always low if nothing is connected."""
+        """The input of a terminal; always low without a connection."""
         return self.inputs.get(name, _LOW)
 
     def output(self, name: str) -> DigitalOutput:
-        """The output of a terminal; one that leads nowhere if nothing is connected."""
+        """The output of a terminal; without effect if it has no connection."""
         return self.outputs.get(name, _NOWHERE)
 
     def analog(self, name: str) -> AnalogOutput:
-        """The output of an analog terminal; one that leads nowhere if nothing is connected."""
+        """The output of an analog terminal; without effect if it has no connection."""
         return self.analogs.get(name, _NOWHERE)
 
 
 class Part:
-    """A part that does nothing; what a real one needs, it overrides.
+    """A part that does nothing. A real part overrides what it needs.
 
     Class attributes:
         TERMINALS: wires, by unique names.
@@ -255,14 +255,14 @@ class Part:
         SPI_BUSES: likewise of ends at an SPI bus.
         ADDRESSED_BY: the setting that says at which address it answers on its I2C bus, if it has one; see `address_of`.
         CONTROLS: what can be moved by hand, by names that are nothing else's.
-        ABSENT: what the real one does and this does not, in a few words each; noted when it is asked for.
+        ABSENT: what the real part does and this model does not, in a few words each; noted when it is used.
         Settings: a frozen dataclass of keywords whose fields carry ``unit`` and ``source`` in their metadata, see
             `targets.parts.settings`; its constructor raises `ValueError` with a text that begins with a field's name.
 
     Args:
         settings: an instance of `Settings`.
-        ports: what it is connected to.
-        seed: of everything random in it.
+        ports: its connections.
+        seed: the seed of everything random in it.
     """
 
     TERMINALS: ClassVar[tuple[Terminal, ...]] = ()
@@ -280,25 +280,25 @@ class Part:
 
     @staticmethod
     def address_of(settings: Any) -> int | None:  # noqa: ARG004
-        """Return the address, 0 to 127, at which one with these settings answers on its I2C bus; None for none."""
+        """Return its address on the I2C bus with these settings, 0 to 127; None for none."""
         return None
 
     def power_on(self, now_ns: int) -> None:
-        """Supply is there."""
+        """The supply has been switched on."""
 
     def feed(self, values: Mapping[str, float]) -> None:
-        """Take the quantities that come in, for the coming step.
+        """Take the incoming quantities for the coming step.
 
-        Those of the world are as they are at its beginning, those of other parts what these give for it (or gave for
-        the one before, see `Quantity.late`).
+        Quantities of the world have their value at the beginning of the step. Those of other parts have the value for
+        this step, or for the step before (`Quantity.late`).
         """
 
     def before_step(self, from_ns: int, to_ns: int) -> Mapping[str, float]:  # noqa: ARG002
-        """Return the quantities that go out, all of them, for the coming physics step; see the head of this file."""
+        """Return all outgoing quantities for the coming physics step; see the head of this file."""
         return {}
 
     def after_step(self, from_ns: int, to_ns: int, before: Mapping[str, float], after: Mapping[str, float]) -> None:
-        """Take the quantities that come in, as they were at both ends of the step that the world has just made.
+        """Take the incoming quantities at the beginning and at the end of the step that the world has just made.
 
         Those of other parts are the same at both.
         """
@@ -307,7 +307,7 @@ class Part:
         """Do what is due at `now_ns`."""
 
     def next_deadline_ns(self) -> int | None:
-        """When `advance` has something to do next, in ns of bench time; None if nothing is waited for.
+        """The next time at which `advance` has something to do, in ns of bench time; None for never.
 
         It is asked again after every call of the part.
         """
@@ -316,8 +316,8 @@ class Part:
     def slave(self, name: str) -> I2cSlave:
         """Return what answers at an end of `BUSES`; asked for once, before `power_on`.
 
-        The master calls it at times that may be later than what the part has been told of so far: a chip runs ahead of
-        bench time, but never past the next call of the part.
+        The master may call it at times later than the last call of the part: a chip runs ahead of bench time, but never
+        past the next call of the part.
 
         Raises:
             KeyError: the part has no such end.
@@ -329,17 +329,17 @@ class Part:
         raise KeyError(name)
 
     def picture(self) -> Picture | None:
-        """Return what it shows to people at present; None if it is no display."""
+        """Return what its display shows at present; None if it has no display."""
         return None
 
     def receive(self, data: bytes, now_ns: int) -> None:
-        """Take bytes that have come in on the serial end. Whatever they are, this raises nothing."""
+        """Take bytes that the serial end has received. It raises nothing, whatever they are."""
 
     def set(self, values: Mapping[str, float], now_ns: int) -> None:  # noqa: ARG002
-        """Move controls; those that are not named stay where they are.
+        """Move controls; the others stay where they are.
 
         Raises:
-            ValueError: no such control, or a value that it cannot have; nothing is moved then.
+            ValueError: there is no such control, or the value is out of its range. Nothing is moved then.
         """
         check_controls(self.CONTROLS, values)
 

@@ -27,7 +27,7 @@ def setting(default: Any, unit: str, source: str, *, least: float | None = None,
     """A field of a class of settings.
 
     Args:
-        default: the value unless told otherwise.
+        default: the default value.
         unit: of the value; empty for none.
         source: where the value, or the choice of values, comes from.
         least: the smallest number that makes sense; None for no bound.

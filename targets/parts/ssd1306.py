@@ -96,7 +96,7 @@ class Ssd1306(Part):
     ABSENT = (
         "the SPI and parallel interfaces",
         "scrolling, fading, blinking and zoom",
-        "rows that are wired otherwise than the panel's: a wrong command DA is reported, and shows nothing",
+        "rows wired in another way than the panel's: a wrong command DA is reported, and shows nothing",
         "brightness, and the time that the charge pump takes",
         "what the RAM happens to hold at power-on: here it is all 0 (choice)",
     )

@@ -77,6 +77,7 @@ ALLOWED = {
     "init --help": set(),
     "validate --help": set(),
     "doctor --help": set(),
+    "demo --help": set(),
     "udev": set(),
     "completion --help": set(),
     "completion bash": {"numpy"},

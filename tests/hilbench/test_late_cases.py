@@ -151,7 +151,7 @@ def test_who_has_no_place_to_tell_it_serves_all_the_same(tmp_path, monkeypatch):
     run_until_stopped(Scheduler(), said.append, lambda: True, notice=Notice())
     assert said[0].startswith("a check at these endpoints is not notified how late this bench is: ")
     assert said[0].endswith("is not a private folder of yours; remove it")
-    assert said[-1].startswith("stopped after 0.0 s")
+    assert said[-1].startswith("stopped after 0 s")
 
 
 @contextmanager

@@ -33,7 +33,7 @@ FOLLOWED = {"README.md", "docs/firmware.md"} | {f"docs/tutorials/{name}.md" for 
 """Pages whose commands are run, and their output compared."""
 SERVES = r"^(serve|proxy)\b|--web"
 """Goes on until somebody ends it."""
-OPENS = r"^$|^(pioneer|rover|vehicle|my-bench\.toml)\b(?!.*--web)|^replay \S+$"
+OPENS = r"^$|^demo\b|^(pioneer|rover|vehicle|my-bench\.toml)\b(?!.*--web)|^replay \S+$"
 """Opens the dashboard."""
 AT_A_PORT = r"serial:|socket:|--calibrate"
 """Speaks to what is at a port of the reader's."""

@@ -49,6 +49,7 @@ BUS = ProtocolPlugin(
     summary="a head that pans and tilts, on a bus of two servos",
     decoder=decoder,
     encode=encode,
+    answers=dict.fromkeys(("Goal", "Read", "Torque"), ("Status", "Refused")),
     clauses=clauses,
     longest_frame=LONGEST + 4,
     baud=115200,
@@ -77,7 +78,7 @@ class PanTilt(ProtocolSystem):
     benches = Path(__file__).with_name("benches")
 
     def dashboard(self):
-        return Dashboard(kind="pantilt", shows=frozenset({"pantilt"}), tells="pantilt", view=view)
+        return Dashboard(kind="pantilt", shows=frozenset({"pantilt"}), tells="pantilt", view=view, plots=("angle",))
 
 
 PANTILT = PanTilt(BUS, has_body=True)

@@ -21,8 +21,7 @@ RULES = {
 
 def clauses():
     about = {"level": "must", "sources": ("examples/tank/README.md",), "suite": "tank"}
-    rules = ((name, *rule.split(": ")) for name, rule in RULES.items())
-    return [Clause(id=name, title=title, text=text, **about) for name, title, text in rules]
+    return [Clause(id=name, title=it.split(": ")[0], text=it.split(": ")[1], **about) for name, it in RULES.items()]
 
 
 def decoder(options, speaker):
@@ -40,6 +39,7 @@ TANK = ProtocolPlugin(
     summary="level and valve of a water tank",
     decoder=decoder,
     encode=encode,
+    answers={"Read": ("Level",), "SetValve": ("Level", "Refused")},
     clauses=clauses,
     checksum=lambda options: CHECKSUM,
     longest_frame=LONGEST + 3,

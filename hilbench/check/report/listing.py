@@ -9,6 +9,7 @@ from pathlib import Path
 import msgspec
 
 from hilbench.check.collector import PlannedCase
+from hilbench.clock.text import seconds_text
 from hilbench.files import write_atomically
 from hilbench.files.names import escaped_all
 from hilbench.judging.verdicts import BY_OWN_REPORT
@@ -80,7 +81,7 @@ def _row(case: PlannedCase) -> tuple[str, ...]:
         remark = f"needs {', '.join(sorted(case.needs))}" if case.needs else ""
         remark += f"; {BY_OWN_REPORT}no {', '.join(case.by_own_report)}" if case.by_own_report else ""
         remark += f"; asks the operator for {', '.join(sorted(case.by_hand))}" if case.by_hand else ""
-    return (", ".join(case.clause_ids), levels, f"{case.bench_time_s:.1f} s", case.id.partition("/")[2], remark)
+    return (", ".join(case.clause_ids), levels, seconds_text(case.bench_time_s), case.id.partition("/")[2], remark)
 
 
 def _padded(row: Sequence[str], widths: Sequence[int]) -> list[str]:
@@ -93,7 +94,7 @@ def _total(planned: Sequence[PlannedCase]) -> str:
     clauses = {clause for case in applicable for clause in case.clause_ids}
     time_s = sum(case.bench_time_s for case in applicable)
     count = f"{len(clauses)} clause{'s' * (len(clauses) != 1)}"
-    return f"{len(applicable)} of {len(planned)} cases apply: {count}, about {time_s:.0f} s of bench time"
+    return f"{len(applicable)} of {len(planned)} cases apply: {count}, about {seconds_text(time_s)} of bench time"
 
 
 def _listed(case: PlannedCase) -> ListedCase:

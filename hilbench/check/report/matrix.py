@@ -8,11 +8,12 @@ from itertools import groupby
 
 from hilbench.check.report import footer
 from hilbench.check.results import ClauseResult, Counts, Report
+from hilbench.clock.text import factor_text, seconds_text
 from hilbench.exit_codes import ExitCode
 from hilbench.judging.note_lines import notes_counted
 from hilbench.judging.verdicts import Verdict
 
-_EVIDENCE_LINES = 16
+_EVIDENCE_LINES = 22
 _LAST_LINES = 4
 _MOST_CASES = 4
 _MOST_CAUSES, _FEW = 3, 3
@@ -89,7 +90,7 @@ def _row(clause: ClauseResult) -> tuple[str, ...]:
         clause.level,
         word_for(clause),
         footer.margin_text(clause.worst_margin),
-        f"{clause.bench_time_s:.1f} s",
+        seconds_text(clause.bench_time_s),
         clause.mark + clause.title + note,
     )
 
@@ -174,12 +175,12 @@ def _labelled(label: str, lines: Iterable[str]) -> list[str]:
 
 def _summary(report: Report, colours: bool) -> list[str]:
     count = f"{len(report.cases)} case{'s' * (len(report.cases) != 1)}"
-    speed = f", {report.bench_time_s / report.host_time_s:.1f} times real time" if report.host_time_s else ""
+    speed = f", {factor_text(report.bench_time_s / report.host_time_s)} times real time" if report.host_time_s else ""
     code = ExitCode(report.exit_code)
     lines = [
         *_common(report),
         counted(report.counts),
-        f"{count}, {report.bench_time_s:.1f} s of bench time in {report.host_time_s:.1f} s{speed}",
+        f"{count}, {seconds_text(report.bench_time_s)} of bench time in {seconds_text(report.host_time_s)}{speed}",
         *footer.lines(report),
         f"run hash {report.run_hash}" if report.run_hash else f"no run hash: {report.no_run_hash}",
     ]

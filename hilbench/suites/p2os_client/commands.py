@@ -145,7 +145,7 @@ def test_it_takes_leave(bench: ClientBench) -> None:
     server.expect_command("CLOSE", LEAVE_WITHIN_S, mark=mark)
     leave = server.heard(mark=mark)
     halts = [heard for heard in leave[: [heard.name for heard in leave].index("CLOSE")] if _halts(heard)]
-    assert halts, "CLOSE was sent to a robot that drives: neither its motors nor its speed were set to 0 before"
+    assert halts, "CLOSE was sent to a moving robot, without stopping it before"
     server.expect_silence(1.0, why="the client has taken its leave")
     if own is None:
         gone = server.wait(lambda: not server.port.line_is_up, LEAVE_WITHIN_S)

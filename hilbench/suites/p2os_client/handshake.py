@@ -107,7 +107,7 @@ def test_a_sync_error_sends_it_back_to_sync0(bench: ClientBench, step: str) -> N
     bench.server.answer(step, encode_packet(SyncError()), times=1)
     connect(bench)
     after = _behind(bench, step)
-    assert after == "SYNC0", f"SYNC0 is due after a SYNC error, but {after} came"
+    assert after == "SYNC0", f"SYNC0 is expected after a SYNC error, but {after} came"
 
 
 def _behind(bench: ClientBench, step: str) -> str:
@@ -181,7 +181,7 @@ def test_an_unknown_robot_is_no_catastrophe(bench: ClientBench) -> None:
     if not server.sessions_opened:
         quiet = server.wait_quiet(3.0, GIVE_UP_WITHIN_S)
         if not quiet and not server.sessions_opened:  # it may take its time: no source says how soon it opens one
-            text = f"the robot is unknown to it: the client still talks after {GIVE_UP_WITHIN_S:g} s, without a session"
+            text = f"the client does not know the robot and still talks after {GIVE_UP_WITHIN_S:g} s, without a session"
             raise Untimely(text, server.evidence(), spare_s=GIVE_UP_WITHIN_S / 2)
     if server.sessions_opened:
         require_session(bench, WORKING_PERIOD_S, "it had taken an unknown robot")
@@ -206,11 +206,11 @@ def test_an_unknown_robot_is_dealt_with_as_told(bench: VirtualCase, choice: Unkn
     bench.server.wait(lambda: bool(own.failure) or own.state is ClientState.OPEN, CONNECT_WITHIN_S)
     if choice is UnknownSubclass.REFUSE:
         assert own.state is ClientState.FAILED, f"an unknown robot was to be refused; the client {own.state.value}"
-        assert "unknown" in own.failure, f"the failure is put down to '{own.failure}'"
+        assert "unknown" in own.failure, f"the failure is explained by '{own.failure}'"
         bench.server.expect_command("CLOSE", 0.1, mark=0)
     else:
         assert own.state is ClientState.OPEN, f"the client was to fall back; it {own.failure or own.state.value}"
-        assert own.robot == robot_parameters("p2at"), "other parameters were taken than those to fall back on"
+        assert own.robot == robot_parameters("p2at"), "the parameters are not those of the fallback"
 
 
 @case("C11", bench_time_s=6.0)

@@ -63,6 +63,6 @@ def test_strings_with_and_without_nul_are_accepted(peer: Peer) -> None:
     session.watch(0.3)
     slowest = min(s.speed_mm_s for s in seen if s.after_s(seen[0].start_ns) > 0.8)
     at_least(slowest, 100 - 2 * SPEED_MM_S, unit="mm/s", what="slowest while only SAY was sent")
-    assert not session.next().sip.flags & 2, "the command behind SAY in the same write was not obeyed"
+    assert not session.next().sip.flags & 2, "the command after SAY in the same write was not obeyed"
     session.send(_C.SONAR, 1)
     session.leave()

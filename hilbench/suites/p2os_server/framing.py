@@ -21,7 +21,7 @@ def test_a_count_too_small_is_ignored(peer: Peer, count: int) -> None:
     mark = peer.mark()
     require_echo(peer, SYNC0, b"\xfa\xfb" + bytes((count,)) + bytes(count) + SYNC0)
     peer.run(0.2)
-    assert len(peer.received) - mark == 1, f"{len(peer.received) - mark} answers where one is due"
+    assert len(peer.received) - mark == 1, f"{len(peer.received) - mark} answers, required one"
 
 
 @case("S16", bench_time_s=1.2)

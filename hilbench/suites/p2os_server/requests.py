@@ -19,7 +19,7 @@ def test_configuration_is_sent_on_request(peer: Peer) -> None:
         session.send(_C.CONFIG, argument)
         peer.run(0.5)
         configs = [config for _, config in peer.since(mark, ConfigPacket)]
-        assert len(configs) == 1, f"{len(configs)} CONFIG packets came where one is due"
+        assert len(configs) == 1, f"{len(configs)} CONFIG packets came, required one"
         reached = configs[0].fields
         assert reached >= ConfigPacket.P2OS_FIELDS, (
             f"only {reached} fields, not {ConfigPacket.P2OS_FIELDS} up to TransKI"

@@ -135,5 +135,5 @@ def test_auxiliary_bytes_come_when_all_are_there(peer: Peer) -> None:
         session.send(_C.TTY2, text[-1])
         peer.run(0.4)
         answers = [packet.encode() for _, packet in peer.since(mark, SerAuxPacket)]
-        assert answers == [b"\xb0AT"], f"{[a.hex(' ') for a in answers]} came, where one b0 41 54 is due"
+        assert answers == [b"\xb0AT"], f"{[a.hex(' ') for a in answers]} came, required one b0 41 54"
     session.leave()

@@ -37,7 +37,7 @@ def test_a_p_too_many(rover: Rover) -> None:
     rover.dark()
     rover.write(b"P" + LED_ON)
     rover.require(1, 1, 1, SUCCESS)
-    assert rover.lit, "the frame behind the P was not executed"
+    assert rover.lit, "the frame after the P was not executed"
 
 
 @on_rover("P12", lasts_s=0.6)

@@ -29,7 +29,7 @@ def test_byte_of_the_position(rover: Rover) -> None:
     pairs = _bytes_of_position(rover)
     if all(byte == before for before, byte in pairs):
         if pairs[0][1] in (0, 1):
-            raise Inconclusive("it is the byte of the report before, and could be its own")
+            raise Inconclusive("the byte equals that of the previous report, and may be its own")
         raise Violation(f"byte 1 of 0x84 is {pairs[0][1]:02X}, always that of the report before", rover.peer.evidence())
 
 

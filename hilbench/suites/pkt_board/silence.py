@@ -137,7 +137,7 @@ def test_a_request_after_a_lost_link(rover: Rover) -> None:
     replies = rover.peer.since(mark, GeneralReport)
     if len(replies) != 1:
         # None may be on its way, and of two one may be the periodic one.
-        raise Untimely(f"{len(replies)} of 0x80 came behind a silence, required one", rover.peer.evidence())
+        raise Untimely(f"{len(replies)} reports 0x80 came after a silence, required one", rover.peer.evidence())
     rover.require(0, 0, None, None)
 
 
@@ -197,10 +197,10 @@ def test_eleven_bytes_are_lost(rover: Rover) -> None:
     """A line can cut the eleven bytes in two looks; most of the times it does not."""
     found = _eleven_bytes(rover, 8)
     if found.accepted > 4 or found.rejected:
-        raise Violation(f"the state is {found} after eight frames, most of which have to be lost without a count")
+        raise Violation(f"the state is {found} after eight frames; most of them must be lost without being counted")
     rover.send(LedOn())
     if rover.counts.accepted != found.accepted + 1:
-        raise Inconclusive(f"no other frame is taken either: {rover.counts}")
+        raise Inconclusive(f"other frames are not accepted either: {rover.counts}")
 
 
 @on_rover("P25D", lasts_s=1.2)

@@ -63,7 +63,7 @@ def _require_lamps(
     found = vehicle.hands.blinking()
     if found is not None:
         names = {(True, False): "left", (False, True): "right", (True, True): "both", (False, False): "none"}
-        assert found == blinks, f"of the lamps blink behind {command}: {names[found]}, required {names[blinks]}"
+        assert found == blinks, f"of the lamps blink after {command}: {names[found]}, required {names[blinks]}"
         return
     seen, begun_ns = [], vehicle.bench.now_ns
     for _ in range(round(WATCH_S / LOOK_S) if True in blinks else round(1.0 / LOOK_S)):
@@ -73,7 +73,7 @@ def _require_lamps(
         if wanted:
             _require_blinking(vehicle, name, side, begun_ns)
         elif True in side:
-            raise Violation(f"the {name} lamp is lit behind {command}")
+            raise Violation(f"the {name} lamp is lit after {command}")
 
 
 def _require_blinking(vehicle: Vehicle, name: str, side: Sequence[bool], begun_ns: int) -> None:

@@ -79,7 +79,7 @@ def _require_mode_told_soon(vehicle: Vehicle, mode: ControlMode) -> None:
     what = f"behind the first frame of mode {mode.value} it was reported after"
     at_most(late_s, limit_s, unit="s", what=what, uncertainty=doubt_s)
     after = {report.mode for got, report in reports if got.start_ns >= right[0].start_ns}
-    assert after == {mode}, f"the modes reported behind that are {sorted(after)}"
+    assert after == {mode}, f"the modes reported after that are {sorted(after)}"
 
 
 @on_board("VB53", lasts_s=6.5)

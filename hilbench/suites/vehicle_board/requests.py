@@ -64,7 +64,7 @@ def test_two_presses_within_a_second_are_one(vehicle: Vehicle) -> None:
         vehicle.run(pause_s - 0.02)
         found = vehicle.simulator.modes()[-1]
         if found != mode:
-            raise Violation(f"{pause_s:g} s behind a press the mode is {found}, required {mode.value}")
+            raise Violation(f"{pause_s:g} s after a press the mode is {found}, required {mode.value}")
 
 
 @on_board("VB51", lasts_s=5.0)
@@ -163,7 +163,7 @@ def _first_behind_amber(vehicle: Vehicle) -> Frame:
     assert amber, f"lit is {vehicle.light}, required amber"
     now_ns = vehicle.bench.now_ns
     found = vehicle.bench.run_until(lambda: vehicle.frames()[-1].start_ns > now_ns, MODE_WITHIN_S)
-    assert found, "no frame comes behind the amber light"
+    assert found, "no frame comes after the amber light"
     return next(got for got in vehicle.frames() if got.start_ns > now_ns)
 
 
@@ -193,7 +193,7 @@ def test_the_way_to_autoware_is_lost(vehicle: Vehicle) -> None:
     mark, begun_ns = _asked_in_manual(vehicle), vehicle.bench.now_ns
     vehicle.run(2.5)
     frames = vehicle.frames(mark)
-    assert Mode.AUTOWARE not in vehicle.simulator.modes(mark), "commands are handed on"
+    assert Mode.AUTOWARE not in vehicle.simulator.modes(mark), "commands are forwarded"
     steps_s = [(later.start_ns - earlier.start_ns) / NS_PER_S for earlier, later in pairwise(frames)]
     again = [step_s for step_s in steps_s if abs(step_s - COMMAND_MISS_S) <= TICK_S]
     vehicle.simulator.require_punctual(begun_ns, TICK_S, "how far apart frames were sent is not known")

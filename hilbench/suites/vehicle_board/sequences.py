@@ -29,8 +29,6 @@ from protocols.autoware import (
     Time,
     TurnIndicators,
     TurnIndicatorsCommand,
-    encode_frame,
-    encode_message,
 )
 from protocols.carla import CommandFrame, Mode, StatusFrame, encode_status
 
@@ -61,10 +59,6 @@ def _pairs(kinds: Mapping[str, object]) -> list[tuple[str, tuple[str, str]]]:
     return [(f"{one} and {other}" if one != other else f"{one}, twice", (one, other)) for one, other in pairs]
 
 
-def _wire(message: Message) -> bytes:
-    return encode_frame(encode_message(message))
-
-
 @on_board("VB63", lasts_s=9.0)
 def test_two_messages_at_once_in_each_order(vehicle: Vehicle) -> None:
     def later_is_reported(pair: tuple[str, str]) -> None:
@@ -86,14 +80,14 @@ def test_two_messages_at_once_in_each_order(vehicle: Vehicle) -> None:
         vehicle.autoware(command_hz=10.0)
         vehicle.stack.commands.stop()
         mark = vehicle.mark()
-        vehicle.stack.write(b"".join(_wire(COMMANDS[name][0]) for name in pair))
+        vehicle.stack.write(b"".join(vehicle.stack.wire(COMMANDS[name][0]) for name in pair))
         vehicle.run(TAKEN_S)
         frames = vehicle.frames(mark)
         vehicle.require_modes(frames, Mode.AUTOWARE)
         sound = [frame for name in pair if (frame := COMMANDS[name][1]) is not None]
         moving = [got for got in frames if got.packet is not None and got.packet.speed not in (0.0, BEFORE.speed)]
         if bool(moving) != bool(sound):
-            raise Violation(f"{len(moving)} frames of the two were handed on", vehicle.shown(frames[-6:]))
+            raise Violation(f"{len(moving)} frames of the two were forwarded", vehicle.shown(frames[-6:]))
         if sound:
             vehicle.require_frame(moving[-1], sound[-1], "the last frame of a command")
 
@@ -134,10 +128,10 @@ def test_each_message_is_late(vehicle: Vehicle) -> None:
         vehicle.require_modes(vehicle.frames(mark), Mode.AUTOWARE)
         vehicle.simulator.status = STATUS
 
-    def ends_nothing(late: tuple[bytes, bytes]) -> None:
+    def ends_nothing(late: tuple[Message | None, bytes]) -> None:
         mark = vehicle.mark()
         to_stack, to_simulator = late
-        vehicle.stack.write(to_stack)
+        vehicle.stack.write(b"" if to_stack is None else vehicle.stack.wire(to_stack))
         vehicle.simulator.write(to_simulator)
         vehicle.run(STAYS_S)
         require_emergency(vehicle, vehicle.frames(mark))
@@ -145,8 +139,10 @@ def test_each_message_is_late(vehicle: Vehicle) -> None:
     times = [(f"one {round(late_s * 1000)} ms late", late_s) for late_s in LATE_S]
     vehicle.try_members("late statuses", times, is_taken, budget=4)
     vehicle.emergency()
-    late = [(name, (_wire(message), b"")) for name, message in LATE_MESSAGES.items()]
-    late += [(name, (b"", data)) for name, data in LATE_BYTES.items()]
+    late: list[tuple[str, tuple[Message | None, bytes]]] = [
+        *((name, (message, b"")) for name, message in LATE_MESSAGES.items()),
+        *((name, (None, data)) for name, data in LATE_BYTES.items()),
+    ]
     vehicle.try_members("messages in EMERGENCY", late, ends_nothing, budget=8)
     vehicle.run(0.15)  # what was begun is given up
     mark = vehicle.mark()

@@ -1,4 +1,4 @@
-"""The stand-in link to the driving stack: messages that are damaged, and an agent that falls silent."""
+"""The link to the driving stack: messages that are damaged, and an agent that falls silent."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from hilbench.suites._vehicle import COMMAND, MODE_WITHIN_S, Vehicle, on_board
 from hilbench.suites.vehicle_board._moves import F1
-from protocols.autoware import ControlMode, ControlModeRequest, ControlModeResponse, encode_frame, encode_message
+from protocols.autoware import ControlMode, ControlModeRequest, ControlModeResponse
 from protocols.carla import Mode
 
 HEADER_BYTES = 5
@@ -16,9 +16,8 @@ HEARD_S, LOST_S = 2.8, 3.2
 """How long a driving stack may be silent that is there still, and after how long it is lost: 3 s (choice)."""
 
 
-def _damaged(message: object) -> Iterator[bytes]:
-    """Return a message's frame with one bit turned over: each bit of its payload and its CRC in turn."""
-    sound = encode_frame(encode_message(message))  # type: ignore[arg-type]
+def _damaged(sound: bytes) -> Iterator[bytes]:
+    """Return a frame with one bit turned over: each bit of its payload and its CRC in turn."""
     for number in range(8 * HEADER_BYTES, 8 * len(sound)):
         data = bytearray(sound)
         data[number // 8] ^= 1 << number % 8
@@ -29,10 +28,10 @@ def _damaged(message: object) -> Iterator[bytes]:
 def test_damaged_messages_are_none(vehicle: Vehicle) -> None:
     mark = vehicle.autoware()
     stack_mark = vehicle.stack.mark()
-    for data in _damaged(ControlModeRequest(sequence=7, mode=ControlMode.MANUAL)):
+    for data in _damaged(vehicle.stack.frame_of(ControlModeRequest(sequence=7, mode=ControlMode.MANUAL))):
         vehicle.stack.write(data)
         vehicle.run(0.01)
-    for data in _damaged(COMMAND):
+    for data in _damaged(vehicle.stack.frame_of(COMMAND)):
         vehicle.stack.write(data)
         vehicle.run(0.01)
     vehicle.run(0.2)
@@ -41,7 +40,7 @@ def test_damaged_messages_are_none(vehicle: Vehicle) -> None:
     vehicle.require_modes(frames, Mode.AUTOWARE)
     for got in frames:
         vehicle.require_frame(got, F1, "the frame of the sound commands")
-    assert vehicle.stack.request(ControlMode.MANUAL).success, "a sound request behind that is refused"
+    assert vehicle.stack.request(ControlMode.MANUAL).success, "a valid request after that is refused"
 
 
 @on_board("VB55", lasts_s=9.0, noisy=True)  # in AUTOWARE without commands is sent what nobody filled (VB04)

@@ -57,7 +57,7 @@ def test_one_stray_byte_is_for_ever(vehicle: Vehicle) -> None:
     stack_mark = _go_on(vehicle, 3.0)
     vehicle.wait_for(Mode.EMERGENCY, 1.3, mark)
     vehicle.run(60.0)
-    assert 3.0 not in vehicle.speeds(stack_mark), "a status is accepted behind a stray byte"
+    assert 3.0 not in vehicle.speeds(stack_mark), "a status is accepted after a stray byte"
     vehicle.require_modes(vehicle.frames()[-20:], Mode.EMERGENCY)
 
 
@@ -148,7 +148,7 @@ def test_hashes_are_no_status(vehicle: Vehicle) -> None:
     what, rate_hz = "frames of mode 1 without a status", 1 / STATUS_MISS_S
     vehicle.require_count(len(moving), MISSES, 1.5, what=what, since_ns=quiet_ns, rate_hz=rate_hz)
     others = [speed for speed in vehicle.speeds(stack_mark) if abs(speed - STATUS.lon_speed_m_s) > 1e-5]
-    assert not others, f"a speed of {others[0]:g} m/s is reported, which nobody said"
+    assert not others, f"a speed of {others[0]:g} m/s is reported, which was never sent"
 
 
 def _damaged(vehicle: Vehicle, damaged: StatusFrame) -> tuple[list[VelocityReport], list[SteeringReport]]:
@@ -181,7 +181,7 @@ def _require_dropped(vehicle: Vehicle, damaged: StatusFrame) -> None:
     reported = {(one.longitudinal_velocity, one.lateral_velocity, one.heading_rate) for one in velocities}
     angles = {one.steering_tire_angle for one in steerings} - {one.steering_rad for one in sound}
     if reported - figures or angles:
-        raise Violation(f"behind {damaged} is reported: {sorted(reported - figures)}, steering {sorted(angles)}")
+        raise Violation(f"reported after {damaged}: {sorted(reported - figures)}, steering {sorted(angles)}")
 
 
 @on_board("VB35", lasts_s=1.5)
@@ -220,7 +220,7 @@ def test_a_line_error_ends_reception(vehicle: Vehicle) -> None:
     stack_mark = _after_line_error(vehicle)
     vehicle.wait_for(Mode.EMERGENCY, 1.5, vehicle.mark())
     vehicle.run(2.0)
-    assert 3.0 not in vehicle.speeds(stack_mark), "a status is accepted behind a line error"
+    assert 3.0 not in vehicle.speeds(stack_mark), "a status is accepted after a line error"
     vehicle.require_modes(vehicle.frames()[-10:], Mode.EMERGENCY)
 
 

@@ -101,7 +101,7 @@ class Host:
         """Require what the car was commanded since the start, and nothing else."""
         if not _same(self.commands, wanted):
             shown = [f"{one.ns / NS_PER_S:10.4f} s  {one.command}" for one in self.published[:8]] or ["nothing"]
-            raise Violation(f"handed on: {len(self.commands)} commands, required {len(wanted)}", shown)
+            raise Violation(f"forwarded: {len(self.commands)} commands, required {len(wanted)}", shown)
 
     def require_nothing(self) -> None:
         """Require that nothing was handed on since the start; one that takes no sound frame either shows nothing."""
@@ -117,7 +117,7 @@ class Host:
         before = len(self.commands)
         self.say(F1)
         if len(self.commands) == before:
-            raise Inconclusive("F1, which is sound, is not handed on either", self.board.evidence())
+            raise Inconclusive("F1, which is valid, is not forwarded either", self.board.evidence())
 
     def move(self, state: CarState) -> None:
         """Say statuses by hand from now on, of a car that moves so."""

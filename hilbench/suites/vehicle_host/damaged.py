@@ -109,5 +109,5 @@ def _require_speed(host: Host, value: str, speed_m_s: float) -> None:
     """Require the speed that is handed on for the bytes of one."""
     host.say(F1.replace(bytes.fromhex("0000A040"), bytes.fromhex(value)))
     (command,) = host.commands or (None,)
-    assert isinstance(command, AckermannCommand), "no command of mode 1 is handed on"
+    assert isinstance(command, AckermannCommand), "no command of mode 1 is forwarded"
     near(command.speed_m_s, speed_m_s, 1e-6, unit="m/s", what="the speed that is handed on")

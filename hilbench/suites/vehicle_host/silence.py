@@ -39,7 +39,7 @@ def test_a_port_that_is_gone_goes_on_commanding(host: Host) -> None:
     host.board.run(0.41)
     again = host.published[start:]
     near(len(again), 21, 2, unit="commands", what="handed on again in 0.41 s")
-    assert all(alike(one.command, ACKERMANN) for one in again), "something else than F1 is handed on"
+    assert all(alike(one.command, ACKERMANN) for one in again), "something other than F1 is forwarded"
 
 
 @on_host("VS11H", lasts_s=1.2)
@@ -84,7 +84,7 @@ def test_more_than_50_frames_a_second_pile_up(host: Host) -> None:
 @on_host("VS23H", lasts_s=2.2)
 def test_the_newest_frame_counts(host: Host) -> None:
     handed_on = _many_frames(host)
-    assert handed_on, "nothing is handed on"
+    assert handed_on, "nothing is forwarded"
     last = handed_on[-1].command
     assert isinstance(last, AckermannCommand)
     near(last.speed_m_s, 19.9, 1e-5, unit="m/s", what="the speed handed on last")
@@ -112,6 +112,6 @@ def test_whatever_comes(host: Host) -> None:
     before = len(host.commands)
     for _ in range(3):  # the first may end what was begun
         host.say(F1)
-    assert any(alike(one, ACKERMANN) for one in host.commands[before:]), "F1 is not handed on behind the noise"
+    assert any(alike(one, ACKERMANN) for one in host.commands[before:]), "F1 is not forwarded after the noise"
     if counters.bytes_in < RANDOM_BYTES:
         raise Inconclusive(f"{counters.bytes_in} bytes are heard, required {RANDOM_BYTES} of noise")

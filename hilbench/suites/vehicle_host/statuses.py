@@ -20,7 +20,7 @@ def test_a_status_has_22_bytes(host: Host) -> None:
     board.run(2.0)
     if board.dropped[dropped:]:
         between = board.dropped[dropped].data.hex(" ").upper()
-        raise Violation(f"{between} stands between the frames of {STATUS_BYTES} bytes", board.evidence())
+        raise Violation(f"{between} is between the frames of {STATUS_BYTES} bytes", board.evidence())
     at_least(len(board.frames(mark)), 1, unit="statuses", what="in 2 s")
 
 
@@ -50,8 +50,8 @@ def _require_one_status(host: Host, state: CarState, first: str, second: str) ->
 def _only(host: Host, mark: int) -> StatusFrame:
     """Return the one status since a mark."""
     said = [got.packet for got in host.board.frames(mark) if got.packet is not None]
-    assert said, "no status comes behind both reports"
-    assert len(said) == 1, f"{len(said)} statuses come behind both reports, required one"
+    assert said, "no status comes after both reports"
+    assert len(said) == 1, f"{len(said)} statuses come after both reports, required one"
     return said[0]
 
 
@@ -67,7 +67,7 @@ def test_the_newest_report_counts(host: Host) -> None:
     host.board.run(0.1)
     said = [got.packet for got in host.board.frames(mark) if got.packet is not None]
     speeds = [one.lon_speed_m_s for one in said]
-    assert speeds == [4.0], f"the speeds said are {speeds}, required one, the newer"
+    assert speeds == [4.0], f"the reported speeds are {speeds}, required one, the newer"
     near(abs(said[0].lat_speed_m_s), lateral_m_s, 1e-6, unit="m/s", what="B, its sign aside")
     near(abs(said[0].heading_rate_rad_s), rate_rad_s, 1e-6, unit="rad/s", what="C, its sign aside")
 

@@ -28,7 +28,7 @@ def test_steering_ends_at_one(host: Host) -> None:
 def test_a_nan_is_handed_on(host: Host) -> None:
     host.say(encode_command(replace(COMMAND, speed=math.nan)))
     speeds = [one.speed_m_s for one in host.commands if isinstance(one, AckermannCommand)]
-    assert any(map(math.isnan, speeds)), "the NaN is not handed on"
+    assert any(map(math.isnan, speeds)), "the NaN is not forwarded"
 
 
 _MOST = {"steering": 2.5, "steering_rate": 50.0, "speed": 150.0, "acceleration": 100.0, "jerk": 1000.0}

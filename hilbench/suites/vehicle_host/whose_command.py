@@ -22,7 +22,7 @@ def _status_between(host: Host) -> None:
     host.own.report("velocity", "steering")
     host.board.run(0.003)
     if not host.board.frames(mark):
-        raise Inconclusive("no status is sent behind F2", host.board.evidence())
+        raise Inconclusive("no status is sent after F2", host.board.evidence())
     host.say(b"#$")
 
 
@@ -78,5 +78,5 @@ def test_the_joystick_wins(host: Host) -> None:
     others = _others(host.commanded[start:])
     if others:
         times = ", ".join(f"{one.ns / NS_PER_S:.3f}" for one in others[:4])
-        raise Violation(f"{len(others)} times the car is commanded otherwise than by the joystick, at {times} s")
+        raise Violation(f"{len(others)} times the car gets a command that is not the joystick's, at {times} s")
     at_least(len(host.commanded) - start, 1, unit="commands", what="of the joystick")

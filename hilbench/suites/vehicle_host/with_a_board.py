@@ -87,4 +87,4 @@ def test_the_first_status_ends_the_emergency(pair: Pair) -> None:
     modes = pair.modes(before)
     if pair.blocks and modes[:1] == [Mode.EMERGENCY]:
         del modes[0]  # the one that ends the read
-    assert modes[:1] == [Mode.MANUAL], f"behind the first status come frames of the modes {modes}"
+    assert modes[:1] == [Mode.MANUAL], f"after the first status there are frames of the modes {modes}"

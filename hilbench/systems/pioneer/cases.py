@@ -16,7 +16,9 @@ from typing import Any
 from hilbench.bench import Bench
 from hilbench.bench.about import about_world
 from hilbench.bench.cases import CaseBase
+from hilbench.bench.line_end import LineEnd
 from hilbench.bench.line_faults import LineFaults
+from hilbench.bench.line_peer import LinePeer
 from hilbench.bench.state_reporter import Observed, Senses
 from hilbench.benchfile.fault_entries import FaultEntry
 from hilbench.clock import Scheduler
@@ -181,10 +183,14 @@ class VirtualCase(CaseBase):
             return {**AT_SERVER, **robot}
         return AT_CLIENT
 
+    def _peers(self) -> Mapping[str, LinePeer[Any]]:
+        return {"host": self.peer} if "peer" in self.__dict__ else {}
+
+    def _ends(self) -> Mapping[str, LineEnd]:
+        return {"host": self.server} if "server" in self.__dict__ else self._peers()
+
     def _packets(self) -> Sequence[str]:
-        if "peer" in self.__dict__:
-            return self.peer.evidence()
-        return self.server.evidence() if "server" in self.__dict__ else ()
+        return self.server.evidence() if "server" in self.__dict__ else super()._packets()
 
     def close(self) -> None:
         """Give the world back."""
@@ -211,14 +217,11 @@ class AttachedCase(CaseBase):
         """Open the line again."""
         self.peer.attach(self._reopen())
 
-    def _lines_seen(self) -> Mapping[str, Port]:
-        return {"host": self.peer.port}
+    def _peers(self) -> Mapping[str, LinePeer[Any]]:
+        return {"host": self.peer}
 
     def _about_view(self) -> Mapping[str, Any]:
         return AT_SERVER
-
-    def _packets(self) -> Sequence[str]:
-        return self.peer.evidence()
 
 
 class ForeignClientCase(CaseBase):
@@ -235,6 +238,9 @@ class ForeignClientCase(CaseBase):
         super().__init__(bench, case, faults)
         self.server = server
         self.client = client
+
+    def _ends(self) -> Mapping[str, LineEnd]:
+        return {"host": self.server}
 
     def _lines_seen(self) -> Mapping[str, Port]:
         return {"host": self.server.port}

@@ -38,7 +38,6 @@ DASHBOARD = Dashboard(
     kind="robot",
     shows=frozenset({"p2os"}),
     plots=("speed", "turn rate", "range ahead", "battery"),
-    units={"ticks_mm": "1/mm"},
     echoes=_echoes,
     routine=frozenset({"PacketReceived", "CommandReceived", "CommandObeyed"}),
     bad=frozenset({"ConnectionLost", "ConnectFailed", "WatchdogExpired"}),

@@ -110,6 +110,14 @@ class Peer(LinePeer[ServerPacket]):
         with unrecorded():
             return self.expect(Sip, what="first SIP")
 
+    def ask_again(self) -> None:
+        """Send a PULSE, which outside of a session is SYNC0: it has an echo."""
+        self.send(CommandNumber.PULSE)
+
+    def stand_still(self) -> None:
+        """Stop the robot."""
+        self.send(CommandNumber.STOP)
+
     def settle(self) -> None:
         """Bring a real target back to where a case may begin: stopped, session closed, line quiet, input discarded."""
         if not self.wait_quiet(within_s=QUIET_S):

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
-from hilbench.plugins.protocol import API, FirstTest, ProtocolPlugin, Recorded
+from hilbench.plugins.protocol import API, FirstTest, ProtocolPlugin, Quantity, Recorded
 from protocols.p2os.clause import Clause
-from protocols.p2os.decoding import checksum, decoder, regions
+from protocols.p2os.decoding import checksum, decoder, encode, regions
 from protocols.p2os.framing import MAX_COUNT
 
 if TYPE_CHECKING:
@@ -44,6 +44,53 @@ def _clauses() -> Sequence[Clause]:
     return CLAUSES
 
 
+_ANSWERS = {
+    "SYNC0": ("SyncEcho",),
+    "SYNC1": ("SyncEcho",),
+    "SYNC2": ("Identification",),
+    "CONFIG": ("ConfigPacket",),
+    "ENCODER": ("EncoderPacket",),
+    "GYRO": ("GyroPacket",),
+    "GRIPREQUEST": ("GripperPacket",),
+    "IOREQUEST": ("IoPacket",),
+    "PLAYLIST": ("PlaylistPacket",),
+    "TCM2": ("Tcm2Packet",),
+    "ARM_INFO": ("ArmInfoPacket",),
+    "ARM_STATUS": ("ArmStatusPacket",),
+    "BATTERYINFO": ("BatteryPacket",),
+    **dict.fromkeys(("GETAUX", "GETAUX2", "GETAUX3"), ("SerAuxPacket",)),
+}
+
+
+def _quantities(live: Mapping[str, Any]) -> Mapping[str, Quantity]:
+    """Return what the raw fields of a SIP are on the robot of a bench; in its own units where that is not known."""
+    found = {
+        "x_raw": Quantity("x"),
+        "y_raw": Quantity("y"),
+        "th_raw": Quantity("heading"),
+        "left_raw": Quantity("left", "mm/s"),
+        "right_raw": Quantity("right", "mm/s"),
+        "battery_dv": Quantity("battery", "V", 0.1),
+        "control_raw": Quantity("control"),
+        "compass_raw": Quantity("compass", "°", 2.0),
+        "ticks_mm": Quantity("ticks", "1/mm"),
+    }
+    if "subclass" in live:
+        from protocols.p2os import robot_parameters
+        from protocols.p2os.units import POSITION_MASK
+
+        robot = robot_parameters(live["subclass"])
+        turn = 360 / robot.units_per_turn
+        found |= {
+            "x_raw": Quantity("x", "mm", robot.distance_unit_mm, POSITION_MASK + 1),
+            "y_raw": Quantity("y", "mm", robot.distance_unit_mm, POSITION_MASK + 1),
+            "th_raw": Quantity("heading", "°", turn),
+            "control_raw": Quantity("control", "°", turn),
+            "sonars": Quantity("sonars", "mm", robot.range_unit_mm),
+        }
+    return found
+
+
 def _peer(bench: Bench, port: Port, program: str) -> Peer:
     from hilbench.systems.pioneer.peer import Peer
 
@@ -59,6 +106,9 @@ P2OS = ProtocolPlugin(
     help="Our client speaks P2OS to a Pioneer: SYNC0, SYNC1 and SYNC2 open the session, then the robot sends a SIP ten "
     "times a second. If the client falls silent, the robot's watchdog stops it.",
     decoder=decoder,
+    encode=encode,
+    quantities=_quantities,
+    answers=_ANSWERS,
     regions=regions,
     checksum=checksum,
     longest_frame=3 + MAX_COUNT,

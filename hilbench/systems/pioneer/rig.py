@@ -32,6 +32,7 @@ def model_rig(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
     tap, operator = _client(bench, link.a, seed)
     machines = {operator.name: operator.observed, **pioneer.machines}
     about = about_line(operator.name, "p2os", machines) | about_sonars(plan.settings.subclass)
+    about["subclass"] = plan.settings.subclass
     return Rig(
         operator=operator,
         taps={"host": tap},

@@ -20,6 +20,7 @@ from functools import partial
 from itertools import islice
 
 from hilbench.bench import Bench, to_ns
+from hilbench.bench.line_end import LineEnd
 from hilbench.bench.line_evidence import Written, in_order, in_words, silence, words_of
 from hilbench.bench.timed_reader import TimedReader
 from hilbench.clock import NS_PER_S, EventClass
@@ -88,7 +89,7 @@ class _Answer:
     times_left: int | None
 
 
-class ScriptedServer:
+class ScriptedServer(LineEnd):
     """One end of a P2OS line, in the place of a robot.
 
     Args:
@@ -189,17 +190,21 @@ class ScriptedServer:
         """How many bytes were heard in all."""
         return self._reader.bytes_received
 
-    def mark(self) -> int:
-        """Return a position in what was heard, to look only at what comes after it."""
-        return len(self.received)
-
     def heard(self, *names: str, mark: int = 0) -> list[Heard]:
         """Return the frames of these names (all frames for none) heard since ``mark``."""
         return [heard for heard in self.received[mark:] if not names or heard.name in names]
 
+    def kind_of(self, got: Heard) -> object:
+        """Return the name of a command."""
+        return got.name
+
+    def words_of(self, got: Heard) -> str:
+        """Return a command in words."""
+        return _in_words(got)
+
     def evidence(self) -> list[str]:
         """Return the latest frames and what was dropped, as lines for a report."""
-        heard = [(got.at_ns, f"<  {_in_words(got)}") for got in self.received[-_EVIDENCE_LINES:]]
+        heard = [(got.at_ns, f"<  {self.words_of(got)}") for got in self.received[-_EVIDENCE_LINES:]]
         passed = in_order(heard, self._written.passed())
         lines = [in_words(*one) for one in passed]
         lines += [f"dropped ({drop.reason.name})  {drop.data[:32].hex(' ').upper()}" for drop in self.dropped[-2:]]

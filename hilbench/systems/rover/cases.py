@@ -9,7 +9,9 @@ from typing import Any
 from hilbench.bench import Bench
 from hilbench.bench.cases import CaseBase
 from hilbench.bench.devices import DeviceActor
+from hilbench.bench.line_end import LineEnd
 from hilbench.bench.line_faults import LineFaults
+from hilbench.bench.line_peer import LinePeer
 from hilbench.bench.state_reporter import Observed, Senses
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.driving.rig import CLIENT_SENSES
@@ -49,14 +51,11 @@ class RoverCase(CaseBase):
     peer: RoverPeer
     hands: RoverHands | None = None
 
-    def _lines_seen(self) -> Mapping[str, Port]:
-        return {"host": self.peer.port}
+    def _peers(self) -> Mapping[str, LinePeer[Any]]:
+        return {"host": self.peer}
 
     def _about_view(self) -> Mapping[str, Any]:
         return about_pkt("checker", {}, self.peer.profile.name)
-
-    def _packets(self) -> Sequence[str]:
-        return self.peer.evidence()
 
 
 class VirtualRoverCase(RoverCase):
@@ -133,6 +132,9 @@ class HostCase(CaseBase):
     def _machines_seen(self) -> Mapping[str, Observed]:
         own = self.client.own
         return {} if own is None else {"station": own.connection}
+
+    def _ends(self) -> Mapping[str, LineEnd]:
+        return {"host": self.rover}
 
     def _lines_seen(self) -> Mapping[str, Port]:
         return {"host": self.rover.port}

@@ -135,6 +135,14 @@ class RoverPeer(LinePeer[Report]):
         v2 = self.profile.server.schema is Schema.V2
         self.send(MotorThrottles(a=0.0, b=0.0) if v2 else MotorSpeeds(a=0, b=0))
 
+    def ask_again(self) -> None:
+        """Ask for the general report."""
+        self.send(RequestTelemetry())
+
+    def stand_still(self) -> None:
+        """Stop the motors."""
+        self.stop()
+
     def settle(self) -> None:
         """End an unfinished frame, stop the motors, switch the LED off, take the usual gains, discard what comes."""
         for _ in range(2):

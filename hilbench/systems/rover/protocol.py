@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
-from hilbench.plugins.protocol import API, FirstTest, ProtocolPlugin, Recorded
+from hilbench.plugins.protocol import API, FirstTest, ProtocolPlugin, Quantity, Recorded
 from protocols.pkt.clause import Clause
-from protocols.pkt.decoding import DecodeOptions, checksum, decoder, regions
+from protocols.pkt.decoding import DecodeOptions, checksum, decoder, encode, regions
 from protocols.pkt.framing import longest_frame
 
 if TYPE_CHECKING:
@@ -39,6 +39,23 @@ def _clauses() -> Sequence[Clause]:
     return CLAUSES
 
 
+_COMMANDS = (
+    "LED_ON", "LED_OFF", "UPDATE_MOTOR_SPEEDS", "UPDATE_MOTOR_THROTTLES", "UPDATE_MOTOR_SPEED_SETPOINTS",
+    "RESET_PID_CONTROLLER",
+)  # fmt: skip
+_ANSWERS = {"REQUEST_TMY": ("GeneralReport",), **dict.fromkeys(_COMMANDS, ("ExecutionReport",))}
+_THROTTLE = {"throttles": "throttles", "a": "left", "b": "right"}
+"""In the last schema, shares of full voltage; before that PWM counts."""
+
+
+def _quantities(live: Mapping[str, Any]) -> Mapping[str, Quantity]:
+    of_v2 = live.get("schema", "V2") == "V2"
+    return {
+        "rpm": Quantity("rpm", "rpm"),
+        **{name: Quantity(label, *(("%", 100.0) if of_v2 else ())) for name, label in _THROTTLE.items()},
+    }
+
+
 def _peer(bench: Bench, port: Port, program: str) -> RoverPeer:
     from hilbench.systems.rover.peer import RoverPeer
     from protocols.pkt import PROFILES
@@ -54,6 +71,9 @@ PKT = ProtocolPlugin(
     help="Our ground station speaks PKT to a rover: it asks and the rover reports. A rover that hears nobody stops.",
     decoder=decoder,
     options=DecodeOptions,
+    encode=encode,
+    quantities=_quantities,
+    answers=_ANSWERS,
     regions=regions,
     checksum=checksum,
     longest_frame=longest_frame(),

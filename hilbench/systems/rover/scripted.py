@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from hilbench.bench import Bench
+from hilbench.bench.line_end import LineEnd
 from hilbench.bench.line_evidence import Written, in_order, in_words, silence, words_of
 from hilbench.bench.timed_reader import TimedReader
 from hilbench.links import Port
@@ -56,7 +57,7 @@ class HeardCommand:
     command: Command | None
 
 
-class ScriptedRover:
+class ScriptedRover(LineEnd):
     """One end of a PKT! line, in the place of a rover.
 
     Args:
@@ -128,10 +129,18 @@ class ScriptedRover:
         """Return the frames heard since ``mark``; of some kinds of command, or all for none."""
         return [heard for heard in self.received[mark:] if not kinds or isinstance(heard.command, kinds)]
 
+    def kind_of(self, got: HeardCommand) -> object:
+        """Return what is the same for commands of one kind."""
+        return type(got.command)
+
+    def words_of(self, got: HeardCommand) -> str:
+        """Return a command in words."""
+        return words_of(got.raw, decoder(self._options, "host"))
+
     def evidence(self) -> list[str]:
         """Return the latest frames and what was dropped, as lines for a report."""
         latest = self.received[-_EVIDENCE_LINES:]
-        heard = [(got.at_ns, f"<  {words_of(got.raw, decoder(self._options, 'host'))}") for got in latest]
+        heard = [(got.at_ns, f"<  {self.words_of(got)}") for got in latest]
         passed = in_order(heard, self._written.passed())
         lines = [in_words(*one) for one in passed]
         lines += [f"dropped ({drop.reason.name})  {drop.data[:32].hex(' ').upper()}" for drop in self.dropped[-2:]]

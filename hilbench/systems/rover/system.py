@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from hilbench.links import Port
     from hilbench.mcu.emulated import EmulatedBench
     from hilbench.plugins.dashboard import Dashboard
+    from hilbench.plugins.demo import Demo
     from hilbench.terminal.options import TargetChoice
 
 __all__ = ["ROVER", "ROVER_ROOM"]
@@ -176,6 +177,12 @@ class Rover(System):
         from hilbench.systems.rover.dashboard import DASHBOARD
 
         return DASHBOARD
+
+    def demo(self, *, physics: bool) -> Demo:
+        """See `System`."""
+        from hilbench.systems.rover.script import rover_demo
+
+        return rover_demo(physics=physics)
 
 
 ROVER = Rover()

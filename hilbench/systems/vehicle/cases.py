@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
@@ -10,7 +10,6 @@ from typing import Any
 from hilbench.bench import Bench
 from hilbench.bench.cases import CaseBase
 from hilbench.bench.devices import LinesActor
-from hilbench.bench.line_evidence import in_order, in_words
 from hilbench.bench.line_faults import LineFaults, plan_for
 from hilbench.bench.line_peer import LinePeer
 from hilbench.bench.shared import Shared
@@ -22,6 +21,8 @@ from hilbench.systems.vehicle.about import about_vehicle_lines
 from hilbench.systems.vehicle.board_views import BOARD_SENSES, LINK_SENSES, BoardLink, BoardModes, ControlTask
 from hilbench.systems.vehicle.car_simulator import CarHostUnderTest, CarSimulator, HostFactory, OwnCarHost, make_host
 from hilbench.systems.vehicle.hands import ModelHands, VehicleHands
+from hilbench.systems.vehicle.micro_ros_peer import stack_peer
+from hilbench.systems.vehicle.micro_ros_settings import MicroRosSettings
 from hilbench.systems.vehicle.simulator_peer import BoardPeer, SimulatorPeer
 from hilbench.systems.vehicle.stack_peer import StackPeer
 from protocols.carla import BAUD
@@ -42,9 +43,6 @@ __all__ = [
     "make_vehicle",
     "open_car_host",
 ]
-
-_LINES_SHOWN = 14
-"""Of evidence, of both lines together (choice)."""
 
 VehicleFactory = Callable[[VehicleSettings], VehicleInterface]
 
@@ -89,17 +87,11 @@ class VehicleCase(CaseBase):
     stack: StackPeer
     hands: VehicleHands | None = None
 
-    def _lines_seen(self) -> Mapping[str, Port]:
-        return {SIMULATOR_LINE: self.simulator.port, STACK_LINE: self.stack.port}
+    def _peers(self) -> Mapping[str, LinePeer[Any]]:
+        return {SIMULATOR_LINE: self.simulator, STACK_LINE: self.stack}
 
     def _about_view(self) -> Mapping[str, Any]:
         return about_vehicle_lines({SIMULATOR_LINE: SIMULATOR_LINE, STACK_LINE: STACK_LINE})
-
-    def _packets(self) -> Sequence[str]:
-        ends: dict[str, LinePeer[Any]] = {SIMULATOR_LINE: self.simulator, STACK_LINE: self.stack}
-        lines = [(at_ns, f"{name:9} {words}") for name, peer in ends.items() for at_ns, words in peer.passed()]
-        shown = [in_words(*line) for line in in_order(lines)][-_LINES_SHOWN:]
-        return [*shown, *(f"{name} {line.lstrip()}" for name, peer in ends.items() for line in peer.silence())]
 
 
 class VirtualVehicleCase(VehicleCase):
@@ -200,8 +192,8 @@ class CarHostCase(CaseBase):
         self.board = board
         self.client = client
 
-    def _packets(self) -> Sequence[str]:
-        return self.board.evidence()
+    def _peers(self) -> Mapping[str, LinePeer[Any]]:
+        return {SIMULATOR_LINE: self.board}
 
 
 class PairCase(CaseBase):
@@ -215,6 +207,7 @@ class PairCase(CaseBase):
         settings: of the simulator's side.
         make_host: makes it.
         faults: what goes wrong on the lines.
+        micro_ros: the agent at the driving stack's line; None for the stand-in link.
 
     Attributes:
         simulator: the simulator's side, which says nothing of its car by itself.
@@ -231,15 +224,16 @@ class PairCase(CaseBase):
         *,
         make_host: HostFactory = make_host,
         faults: LineFaults | None = None,
+        micro_ros: MicroRosSettings | None = None,
     ) -> None:
         super().__init__(bench, case, faults)
         self.simulator = CarSimulator(bench, to_board, settings, make_host=make_host)
         self.simulator.connect()
         self.simulator.report_by_hand()
-        self.stack = StackPeer(bench, to_stack)
+        self.stack = stack_peer(bench, to_stack, micro_ros)
 
-    def _packets(self) -> Sequence[str]:
-        return self.stack.evidence()
+    def _peers(self) -> Mapping[str, LinePeer[Any]]:
+        return {STACK_LINE: self.stack}
 
 
 def open_car_host(

@@ -89,9 +89,9 @@ DASHBOARD = Dashboard(
     kind="vehicle",
     shows=frozenset({"car"}),
     wide=(
-        (4, (("link", 8), ("timers", 9), ("counters", 13), ("pins", 7))),
-        (5, (("world", 3), ("plots", 2), ("frames", 2))),
-        (4, (("states", 5), ("log", 3), ("console", 2), ("checks", 3))),
+        (4, (("pins", 10), ("link", 9), ("timers", 10))),
+        (5, (("world", 3), ("plots", 2))),
+        (4, (("states", 5), ("counters", 4), ("console", 2), ("checks", 4))),
     ),
     narrow=(
         "world", "frames", "plots", "states", "link", "timers", "log", "pins", "counters", "checks", "console",

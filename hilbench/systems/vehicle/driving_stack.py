@@ -1,7 +1,7 @@
 """A driving stack on a bench: publishes and subscribes to the messages of a vehicle-interface board through a port.
 
-It is the agent's end of the stand-in link and works on any link: a virtual board's line, an emulated board's USART, a
-serial port, a pty, a socket. A micro-ROS agent will replace the link; what is published and subscribed to stays.
+It is the agent's end of the stand-in link, or a micro-ROS agent with the stack beside it, and works on any link: a
+virtual board's line, an emulated board's USART, a serial port, a pty, a socket.
 
     stack = DrivingStack(bench, port)
     stack.subscribe(VelocityReport, lambda report: print(report.longitudinal_velocity))
@@ -26,6 +26,7 @@ from hilbench.bench.devices import ClientDevice, DeviceActor
 from hilbench.bench.feed import Feed
 from hilbench.clock import Entry, EventClass
 from hilbench.links import Port
+from hilbench.systems.vehicle.micro_ros import MicroRosEnd
 from protocols.autoware import (
     AckermannControlCommand,
     AgentOptions,
@@ -37,6 +38,7 @@ from protocols.autoware import (
     ControlModeReport,
     ControlModeRequest,
     ControlModeResponse,
+    Event,
     Message,
     MessageReceived,
     Role,
@@ -47,6 +49,7 @@ from protocols.autoware import (
     UnknownMessage,
     VelocityReport,
 )
+from protocols.xrce import Session
 
 __all__ = ["CLOCK_HZ", "COMMAND_HZ", "DrivingStack", "Received"]
 
@@ -93,6 +96,7 @@ class DrivingStack:
         clock_hz: how often the clock is published while the line is open; None for never.
         name: the source name in the journal.
         table: state table of the agent role; only tests of the tests give another than the right one.
+        connection: a micro-ROS agent; None for the stand-in link.
 
     Attributes:
         connection: its end of the link, with its counters.
@@ -111,11 +115,12 @@ class DrivingStack:
         clock_hz: float | None = CLOCK_HZ,
         name: str = "stack",
         table: Table | None = None,
+        connection: MicroRosEnd | None = None,
     ) -> None:
         self._bench = bench
         self._clock_hz = clock_hz
         self._name = name
-        self.connection = Connection(Role.AGENT, options, table=table)
+        self.connection = connection or Connection(Role.AGENT, options, table=table)
         self.latest: dict[type[Any], Received] = {}
         self.counts: Counter[type[Any]] = Counter()
         self.failure = ""
@@ -126,7 +131,7 @@ class DrivingStack:
         self._source: Callable[[], AckermannControlCommand | None] = lambda: None
         self._clock = Feed(bench, self._tell_time, name=f"{name} clock")
         self._commands = Feed(bench, self._publish_command, name=f"{name} commands")
-        self._device = ClientDevice(self.connection, Transmit)
+        self._device: ClientDevice[Event] = ClientDevice(self.connection, Transmit)
         self._actor = DeviceActor(bench, self._device, port, name=name, on_event=self._take)
 
     # --- what it knows
@@ -137,6 +142,11 @@ class DrivingStack:
         state = self.connection.state
         assert isinstance(state, AgentState)
         return state
+
+    @property
+    def observed(self) -> Connection | Session:
+        """What a dashboard looks at."""
+        return self.connection.session if isinstance(self.connection, MicroRosEnd) else self.connection
 
     @property
     def mode(self) -> int | None:

@@ -33,8 +33,9 @@ from hilbench.systems.vehicle.board_views import (
 from hilbench.systems.vehicle.cases import line_baud
 from hilbench.systems.vehicle.driven_car import DrivenCar
 from hilbench.systems.vehicle.driver import CarCrew, CarDriver
-from hilbench.systems.vehicle.driving_stack import DrivingStack
 from hilbench.systems.vehicle.hands import ModelHands, VehicleHands
+from hilbench.systems.vehicle.micro_ros_peer import driving_stack
+from hilbench.systems.vehicle.micro_ros_settings import MicroRosSettings
 from hilbench.systems.vehicle.provider import settings_of
 from hilbench.systems.vehicle.system import CAR, TRACK
 from protocols.carla import BAUD
@@ -64,6 +65,7 @@ class LiveVehicle:
         hands: who stands beside the board; None where that is a person.
         board: the behavioural board; None where firmware runs, which nobody looks into.
         seed: decides what chance decides in faults.
+        micro_ros: the agent at the driving stack's line; None for the stand-in link.
 
     Attributes:
         taps: our ends of the lines.
@@ -82,6 +84,7 @@ class LiveVehicle:
         board: VehicleInterface | None,
         *,
         seed: int,
+        micro_ros: MicroRosSettings | None = None,
     ) -> None:
         self._bench = bench
         speakers = {SIMULATOR: "car", STACK: "stack"}
@@ -90,7 +93,7 @@ class LiveVehicle:
         start = body.world.scene.start
         self.crew = CarCrew(
             car=DrivenCar(bench, self.taps[SIMULATOR], body, runner),
-            stack=DrivingStack(bench, self.taps[STACK]),
+            stack=driving_stack(bench, self.taps[STACK], micro_ros),
             path=PathDriver(Path(lane.center_m, closed=lane.closed)),
             hands=hands,
             start=start,
@@ -99,7 +102,7 @@ class LiveVehicle:
         self.machines: Mapping[str, Observed] = {
             "board": BoardModes(board) if board is not None else self._outside_view(),
             "car": self.crew.car.simulator.host.connection,
-            "stack": self.crew.stack.connection,
+            "stack": self.crew.stack.observed,
             **({} if board is None else {"board link": BoardLink(board), "task": ControlTask(board)}),
         }
         self.senses: Senses = {"board": BOARD_SENSES if board is not None else {}, "board link": LINK_SENSES}
@@ -107,7 +110,7 @@ class LiveVehicle:
         described["board"]["seen"] = "from its frames" if board is None else ""
         if board is not None:
             described["board link"]["source"] = "board"
-        protocols = {"car": "carla", "stack": "autoware"}
+        protocols = {"car": "carla", "stack": "autoware" if micro_ros is None else "xrce"}
         self.about: Mapping[str, Any] = {
             "speakers": {who: {"protocol": protocols[who], "line": line} for line, who in speakers.items()},
             "machines": described,
@@ -151,7 +154,9 @@ def board_rig(emulated: EmulatedBench, *, seed: int) -> Rig:
     assert runner is not None
     assert vehicle.hands is not None
     ports = {SIMULATOR: vehicle.simulator.port, STACK: vehicle.stack.port}
-    return _rig(LiveVehicle(emulated.bench, ports, body, runner, vehicle.hands, None, seed=seed))
+    micro_ros = emulated.bench_file.settings_of(MicroRosSettings)
+    live = LiveVehicle(emulated.bench, ports, body, runner, vehicle.hands, None, seed=seed, micro_ros=micro_ros)
+    return _rig(live)
 
 
 def attached_rig(bench: Bench, bench_file: BenchFile, specs: Mapping[str, str], *, seed: int) -> Rig:
@@ -162,15 +167,18 @@ def attached_rig(bench: Bench, bench_file: BenchFile, specs: Mapping[str, str], 
             port = open_at(bench, bench_file, spec, BAUD)
             ports[name] = port
             undo.callback(port.close)
-        vehicle, world = attached_vehicle(bench, ports, seed=seed)
+        settings = bench_file.settings_of(MicroRosSettings)
+        vehicle, world = attached_vehicle(bench, ports, seed=seed, micro_ros=settings)
         undo.callback(world.close)
         return _rig(vehicle, demo=False, close=undo.pop_all().close)
 
 
-def attached_vehicle(bench: Bench, ports: Mapping[str, Port], *, seed: int) -> tuple[LiveVehicle, BareVehicle]:
+def attached_vehicle(
+    bench: Bench, ports: Mapping[str, Port], *, seed: int, micro_ros: MicroRosSettings | None = None
+) -> tuple[LiveVehicle, BareVehicle]:
     """Put a car on a plane and a driving stack to the far ends of a board's lines, by `SIMULATOR` and `STACK`."""
     world, body = _car_on_plane(bench, seed)
-    return LiveVehicle(bench, ports, body, world.runner, None, None, seed=seed), world
+    return LiveVehicle(bench, ports, body, world.runner, None, None, seed=seed, micro_ros=micro_ros), world
 
 
 def model_rig(bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:

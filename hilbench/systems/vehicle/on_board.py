@@ -9,8 +9,9 @@ from hilbench.clock import NS_PER_MS, EventClass
 from hilbench.errors import InternalError
 from hilbench.mcu.board_case import BoardBench
 from hilbench.systems.vehicle.hands import VehicleHands
+from hilbench.systems.vehicle.micro_ros_peer import stack_peer
+from hilbench.systems.vehicle.micro_ros_settings import MicroRosSettings
 from hilbench.systems.vehicle.simulator_peer import SimulatorPeer
-from hilbench.systems.vehicle.stack_peer import StackPeer
 from hilbench.systems.vehicle.system import CAR
 from targets.parts.joystick import JoystickSettings
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE
@@ -111,7 +112,7 @@ class VehicleOnBoard:
             port.reacts = True
         self.there = there
         self.simulator = SimulatorPeer(there.bench, ports[0])
-        self.stack = StackPeer(there.bench, ports[1])
+        self.stack = stack_peer(there.bench, ports[1], bench_file.settings_of(MicroRosSettings))
         self.hands: VehicleHands | None = BoardHands(there, _joystick_of(bench_file))
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-from hilbench.plugins.protocol import API, ProtocolPlugin, Recorded
+from hilbench.plugins.protocol import API, ProtocolPlugin, Quantity, Recorded
 from protocols.autoware import decoding as stack_line
 from protocols.autoware.stand_in import longest_frame
 from protocols.carla import COMMAND_LAYOUT
@@ -26,6 +27,23 @@ def _clauses() -> Sequence[Clause]:
     return CLAUSES
 
 
+def _of_simulator(live: Mapping[str, Any]) -> Mapping[str, Quantity]:
+    del live
+    return {name: Quantity(name, "%", 100.0) for name in ("steer", "throttle", "brake")}
+
+
+def _of_stack(live: Mapping[str, Any]) -> Mapping[str, Quantity]:
+    del live
+    units = {
+        "steering_tire_angle": "rad", "steering_tire_rotation_rate": "rad/s", "speed": "m/s", "acceleration": "m/s²",
+        "jerk": "m/s³", "longitudinal_velocity": "m/s", "lateral_velocity": "m/s", "heading_rate": "rad/s",
+    }  # fmt: skip
+    return {name: Quantity(name.replace("_", " "), unit) for name, unit in units.items()} | {
+        "stamp": Quantity("stamp", "s"),
+        "clock": Quantity("clock", "s"),
+    }
+
+
 CARLA = ProtocolPlugin(
     api=API,
     name="carla",
@@ -33,6 +51,8 @@ CARLA = ProtocolPlugin(
     summary="the UART frames between a vehicle-interface board and a simulator",
     help=_BOTH_ENDS,
     decoder=simulator_line.decoder,
+    encode=simulator_line.encode,
+    quantities=_of_simulator,
     regions=simulator_line.regions,
     longest_frame=COMMAND_LAYOUT.length + len(COMMAND_LAYOUT.padding),
     clauses=_clauses,
@@ -49,6 +69,9 @@ AUTOWARE = ProtocolPlugin(
     summary="the stand-in for the link between a vehicle-interface board and its driving stack",
     help=_BOTH_ENDS,
     decoder=stack_line.decoder,
+    encode=stack_line.encode,
+    quantities=_of_stack,
+    answers={"ControlModeRequest": ("ControlModeResponse",), "AgentPing": ("AgentOnline",)},
     regions=stack_line.regions,
     longest_frame=longest_frame(),
     baud=LINE_BAUD,

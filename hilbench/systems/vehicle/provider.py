@@ -40,6 +40,8 @@ from hilbench.systems.vehicle.cases import (
     open_car_host,
 )
 from hilbench.systems.vehicle.hands import HANDS, OperatorHands
+from hilbench.systems.vehicle.micro_ros_peer import stack_peer
+from hilbench.systems.vehicle.micro_ros_settings import MicroRosSettings
 from hilbench.systems.vehicle.observing import VehicleObserver
 from hilbench.systems.vehicle.simulator_peer import BoardPeer, SimulatorPeer
 from hilbench.systems.vehicle.stack_peer import StackPeer
@@ -254,7 +256,8 @@ class AttachedVehicleProvider(LockedProvider):
         self._lock()
         if self._peers is None:
             to_simulator, to_stack = (self._open_serial(serial) for serial in self._serial)
-            self._peers = SimulatorPeer(self._bench, to_simulator), StackPeer(self._bench, to_stack)
+            settings = self._shared.bench_file.settings_of(MicroRosSettings)
+            self._peers = SimulatorPeer(self._bench, to_simulator), stack_peer(self._bench, to_stack, settings)
             run_hook(self._bench, to_simulator, "boot", self._shared.bench_file.port.boot)
         return self._peers
 

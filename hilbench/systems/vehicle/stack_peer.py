@@ -49,7 +49,6 @@ class StackPeer(LinePeer[StackMessage]):
         port: the line.
 
     Attributes:
-        online: whether pings are answered.
         command: what `commands` sends.
         commands: sends it at a rate, once started.
     """
@@ -57,11 +56,20 @@ class StackPeer(LinePeer[StackMessage]):
     REPLY_WITHIN_S = REPLY_WITHIN_S
 
     def __init__(self, bench: Bench, port: Port) -> None:
-        self.online = True
+        self._answers_pings = True
         self.command = AckermannControlCommand()
         self.commands = Feed(bench, self._send_command, name="stack")
         self._sequence = 0
         super().__init__(bench, port)
+
+    @property
+    def online(self) -> bool:
+        """Whether pings are answered."""
+        return self._answers_pings
+
+    @online.setter
+    def online(self, online: bool) -> None:
+        self._answers_pings = online
 
     def _decoder(self, sent: bool) -> Decoder:
         del sent
@@ -88,7 +96,15 @@ class StackPeer(LinePeer[StackMessage]):
 
     def send(self, message: StackMessage) -> None:
         """Put a message on the line, in a sound frame."""
-        self.write(encode_frame(encode_message(message)))
+        self.write(self.wire(message))
+
+    def wire(self, message: StackMessage) -> bytes:
+        """Return the frame by which a message reaches the board."""
+        return encode_frame(encode_message(message))
+
+    def frame_of(self, message: Message) -> bytes:
+        """Return a frame with a message, to be damaged."""
+        return self.wire(message)
 
     def go_online(self) -> None:
         """Say that the agent is there, unasked."""

@@ -74,6 +74,7 @@ class Vehicle(System):
 
     def models(self) -> Mapping[str, ModelKind]:
         """See `System`."""
+        from hilbench.systems.vehicle.micro_ros_settings import MicroRosSettings
         from targets.robots.car_host import CarHostSettings
         from targets.robots.vehicle_interface import LINE_BAUD, SIMULATOR_LINE, STACK_LINE, VehicleSettings
 
@@ -94,7 +95,15 @@ class Vehicle(System):
             lines=("board",),
             beside=True,
         )
-        return {"vehicle-interface": board, "car-host": host}
+        agent = ModelKind(
+            settings=MicroRosSettings,
+            protocol="DDS-XRCE",
+            suites=(),
+            baud=LINE_BAUD,
+            lines=("board",),
+            beside=True,
+        )
+        return {"vehicle-interface": board, "car-host": host, "micro-ros-agent": agent}
 
     def clauses(self) -> Sequence[ClauseEntry]:
         """See `System`."""
@@ -153,12 +162,14 @@ class Vehicle(System):
         """Give a case of the simulator's side and a board our own simulator's side, with the board at its far end."""
         from hilbench.mcu.board_case import BoardBench
         from hilbench.systems.vehicle.cases import PairCase, host_settings
+        from hilbench.systems.vehicle.micro_ros_settings import MicroRosSettings
         from hilbench.systems.vehicle.on_board import VehicleOnBoard
 
         if "simulator" not in case.needs:
             return None
         ends, settings = VehicleOnBoard(BoardBench(emulated)), host_settings(shared.bench_file, case)
-        return PairCase(emulated.bench, case, ends.simulator.port, ends.stack.port, settings)
+        micro_ros = shared.bench_file.settings_of(MicroRosSettings)
+        return PairCase(emulated.bench, case, ends.simulator.port, ends.stack.port, settings, micro_ros=micro_ros)
 
     def about_board(self, bench_file: BenchFile, program: str) -> Mapping[str, Any]:
         """See `System`."""
@@ -186,7 +197,7 @@ class Vehicle(System):
             return lambda: None
 
         lines = (SIMULATOR_LINE, STACK_LINE)
-        return ServedTarget({f"{name}.{line}": baud or line_baud(bench_file, line) for line in lines}, make)
+        return ServedTarget({f"{name}.{line}": baud or line_baud(bench_file, line) for line in lines}, make, "board")
 
     def rig(self, bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
         """See `System`."""

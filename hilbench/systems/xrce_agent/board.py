@@ -11,22 +11,22 @@ from protocols import xrce
 from protocols.common.decoding import NoOptions
 from protocols.state_machine import earliest
 
-__all__ = ["SpeedBoard"]
+__all__ = ["OBJECTS", "READER", "WRITER", "SpeedBoard"]
 
 _KEY = b"\x48\x42\x00\x02"
 _EVERY_NS = 100 * NS_PER_MS
 _AGAIN_NS = NS_PER_S
-_PARTICIPANT, _TOPIC, _PUBLISHER, _SUBSCRIBER, _WRITER, _READER = 0x11, 0x12, 0x13, 0x14, 0x15, 0x16
+_PARTICIPANT, _TOPIC, _PUBLISHER, _SUBSCRIBER, WRITER, READER = 0x11, 0x12, 0x13, 0x14, 0x15, 0x16
 _THERE = {"participant_id": _PARTICIPANT}
-_OBJECTS: dict[int, xrce.Object] = {
+OBJECTS: dict[int, xrce.Object] = {
     _PARTICIPANT: xrce.Participant(representation=xrce.ParticipantBinary()),
     _TOPIC: xrce.Topic(
         representation=xrce.TopicBinary(topic_name="rt/speed", type_name="std_msgs::msg::dds_::Float32_"), **_THERE
     ),
     _PUBLISHER: xrce.Publisher(representation=xrce.PublisherBinary(), **_THERE),
     _SUBSCRIBER: xrce.Subscriber(representation=xrce.SubscriberBinary(), **_THERE),
-    _WRITER: xrce.DataWriter(representation=xrce.DataWriterBinary(topic_id=_TOPIC), publisher_id=_PUBLISHER),
-    _READER: xrce.DataReader(representation=xrce.DataReaderBinary(topic_id=_TOPIC), subscriber_id=_SUBSCRIBER),
+    WRITER: xrce.DataWriter(representation=xrce.DataWriterBinary(topic_id=_TOPIC), publisher_id=_PUBLISHER),
+    READER: xrce.DataReader(representation=xrce.DataReaderBinary(topic_id=_TOPIC), subscriber_id=_SUBSCRIBER),
 }
 
 
@@ -64,7 +64,7 @@ class SpeedBoard:
         if self._session.state is xrce.ClientState.OPEN:
             speed_m_s = 1 + math.sin(now_ns / NS_PER_S)
             said = xrce.WriteData(
-                request_id=self._session.new_request_id(), object_id=_WRITER, data=struct.pack("<f", speed_m_s)
+                request_id=self._session.new_request_id(), object_id=WRITER, data=struct.pack("<f", speed_m_s)
             )
             return sent + self._session.send(said, now_ns, stream_id=xrce.BUILTIN_BEST_EFFORT)
         return sent
@@ -98,10 +98,10 @@ class SpeedBoard:
         session = self._session
         sent = [
             session.send(xrce.Create(request_id=session.new_request_id(), object_id=one, object=made), now_ns)
-            for one, made in _OBJECTS.items()
+            for one, made in OBJECTS.items()
         ]
         specification = xrce.ReadSpecification(
             stream_id=xrce.BUILTIN_BEST_EFFORT, delivery=xrce.DeliveryControl(max_samples=xrce.UNLIMITED)
         )
-        asked = xrce.ReadData(request_id=session.new_request_id(), object_id=_READER, specification=specification)
+        asked = xrce.ReadData(request_id=session.new_request_id(), object_id=READER, specification=specification)
         return b"".join((*sent, session.send(asked, now_ns)))

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hilbench.plugins.protocol import API, Device, ProtocolPlugin
-from hilbench.systems.xrce_agent.settings import AgentSettings
+from hilbench.systems.xrce_agent.settings import AgentSettings, ClientSettings
 from protocols.common.clause import Clause
 from protocols.common.decoding import NoOptions
 from protocols.xrce import decoding
@@ -14,7 +15,7 @@ from protocols.xrce import decoding
 if TYPE_CHECKING:
     from hilbench.bench.devices import SerialDevice
 
-__all__ = ["BAUD", "XRCE"]
+__all__ = ["BAUD", "CLIENT_SIDE", "XRCE"]
 
 BAUD = 115_200
 """The usual rate of micro-ROS's serial transports."""
@@ -38,6 +39,21 @@ def _agent(settings: AgentSettings) -> SerialDevice:
     return AgentOnLine(settings)
 
 
+def _client(settings: ClientSettings) -> SerialDevice:
+    from hilbench.systems.xrce_agent.client import ModelClient
+
+    return ModelClient(settings)
+
+
+_ANSWERS = {
+    "CreateClient": ("StatusAgent",),
+    "Create": ("StatusReply",),
+    "Delete": ("StatusReply",),
+    "GetInfo": ("Info",),
+    "Timestamp": ("TimestampReply",),
+    "Heartbeat": ("AckNack",),
+}
+
 XRCE = ProtocolPlugin(
     api=API,
     name="xrce",
@@ -45,6 +61,7 @@ XRCE = ProtocolPlugin(
     summary="micro-ROS between a board and its agent, in serial frames or over TCP",
     help="The agent keeps a session with the client at each line, and hands on what one writes to those who read it.",
     decoder=decoding.decoder,
+    answers=_ANSWERS,
     encode=decoding.encode,
     regions=decoding.regions,
     clauses=_clauses,
@@ -53,3 +70,10 @@ XRCE = ProtocolPlugin(
     longest_frame=2 * 1024,
     baud=BAUD,
 )
+
+CLIENT_SIDE = replace(
+    XRCE,
+    device=Device(make=_client, settings=ClientSettings, resting=frozenset({"HEARTBEAT", "RETRY"})),
+    host=Device(make=_agent, settings=AgentSettings, resting=frozenset({"HEARTBEAT"})),
+)
+"""The same with the ends changed: what stands on the bench is a client, and who speaks to it an agent."""

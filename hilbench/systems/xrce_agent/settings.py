@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-__all__ = ["AgentSettings"]
+__all__ = ["AgentSettings", "ClientSettings"]
 
 _LONGEST_S = 0x7FFFFFFF  # protocols.xrce.options.LONGEST_S, which takes its time
 
@@ -16,7 +16,7 @@ def _setting(default: Any, unit: str, source: str) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AgentSettings:
-    """The agent as micro-ROS expects it, unless told otherwise.
+    """The agent. The defaults are what micro-ROS expects.
 
     Raises:
         ValueError: a value makes no agent. The message begins with the name of the setting.
@@ -52,3 +52,24 @@ class AgentSettings:
             Profiles(self.references)
         except LocalProtocolError as error:
             raise ValueError(str(error)) from None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClientSettings:
+    """A board with micro-ROS that finds its agent again.
+
+    Raises:
+        ValueError: a value makes no client. The message begins with the name of the setting.
+    """
+
+    retry_s: float = _setting(
+        1.0, "s", "Micro-XRCE-DDS-Client, UCLIENT_MIN_SESSION_CONNECTION_INTERVAL: between requests for a session"
+    )
+    quiet_s: float = _setting(0.5, "s", "choice: silence after which the agent is asked whether the session is there")
+    lost_s: float = _setting(3.0, "s", "choice: silence after which the agent counts as lost")
+
+    def __post_init__(self) -> None:
+        """Checks the figures."""
+        for name in ("retry_s", "quiet_s", "lost_s"):
+            if not 0 < getattr(self, name) <= _LONGEST_S:
+                raise ValueError(f"{name} {getattr(self, name)} is not above 0 s and at most {_LONGEST_S} s")

@@ -1,4 +1,4 @@
-"""The agent as something that stands on a bench, and is served to clients that are not ours."""
+"""The agent as something that stands on a bench, and is served to clients that are not ours; and such a client."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from hilbench.plugins.system import API, ModelKind, System
-from hilbench.systems.xrce_agent.settings import AgentSettings
+from hilbench.systems.xrce_agent.settings import AgentSettings, ClientSettings
 
 if TYPE_CHECKING:
     from hilbench.bench import Bench
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from hilbench.driving.rig import Rig
     from hilbench.judging.provider import BenchProvider
     from hilbench.links import Port
+    from hilbench.plugins.dashboard import Dashboard
     from hilbench.terminal.options import TargetChoice
 
 __all__ = ["LINES", "XRCE_AGENT"]
@@ -47,30 +48,35 @@ class XrceAgent(System):
                 lines=LINES,
                 bench="xrce-agent",
             ),
+            "xrce-client": ModelKind(
+                settings=ClientSettings,
+                protocol="DDS-XRCE",
+                suites=("xrce-client",),
+                baud=BAUD,
+                lines=("agent",),
+                bench="xrce-client",
+            ),
         }
 
     def provider(self, shared: Shared, choices: Sequence[TargetChoice]) -> BenchProvider:
-        """See `System`; the checker is the client at one line."""
-        from hilbench.bench.protocol_providers import AttachedPeerProvider, DeviceProvider
-        from hilbench.bench.target_choice import only_port
-        from hilbench.systems.xrce_agent.protocol import XRCE
-
-        if choices:
-            return AttachedPeerProvider(shared, only_port(shared, choices).spec, XRCE)
-        return DeviceProvider(shared, XRCE)
+        """See `System`; the checker is the client at one line of an agent, or the agent of a client."""
+        return _speaking(shared.bench_file).provider(shared, choices)
 
     def rig(self, bench: Bench, bench_file: BenchFile, *, seed: int) -> Rig:
-        """See `System`; a board of ours is the agent's client."""
-        from hilbench.protocol_bench.system import ProtocolSystem
-        from hilbench.systems.xrce_agent.protocol import XRCE
-
-        return ProtocolSystem(XRCE).rig(bench, bench_file, seed=seed)
+        """See `System`; a board of ours is the agent's client, or an agent the client's."""
+        return _speaking(bench_file).rig(bench, bench_file, seed=seed)
 
     def attached_rig(self, bench: Bench, bench_file: BenchFile, ports: Mapping[str, str], *, seed: int) -> Rig:
         """See `System`; what is at the port is a client, and ours is the agent."""
         from hilbench.systems.xrce_agent.live import attached_agent
 
         return attached_agent(bench, bench_file, ports[""], seed=seed)
+
+    def dashboard(self) -> Dashboard:
+        """See `System`."""
+        from hilbench.systems.xrce_agent.dashboard import DASHBOARD
+
+        return DASHBOARD
 
     def served(self, bench_file: BenchFile, *, scene: str | None, baud: int | None, seed: int) -> ServedTarget:
         """See `System`; its clock is the host's, unless the bench file says otherwise."""
@@ -79,6 +85,8 @@ class XrceAgent(System):
         from hilbench.clock import wall_time_ns
         from hilbench.systems.xrce_agent.agent import agent_of, baud_of
 
+        if bench_file.settings_of(ClientSettings) is not None:
+            return _speaking(bench_file).served(bench_file, scene=scene, baud=baud, seed=seed)
         del scene, seed
         name, settings = next(
             (name, target.settings)
@@ -94,6 +102,14 @@ class XrceAgent(System):
 
         lines = {f"{name}.{line}": baud or baud_of(bench_file, f"{name}.{line}") for line in LINES}
         return ServedTarget(lines, make, name, may_be_open=True, one_client=True)
+
+
+def _speaking(bench_file: BenchFile) -> System:
+    """Return the system around the protocol alone: with an agent on the bench, or with a client."""
+    from hilbench.protocol_bench.system import ProtocolSystem
+    from hilbench.systems.xrce_agent.protocol import CLIENT_SIDE, XRCE
+
+    return ProtocolSystem(XRCE if bench_file.settings_of(ClientSettings) is None else CLIENT_SIDE)
 
 
 XRCE_AGENT = XrceAgent()

@@ -10,7 +10,7 @@ from typing import Any
 from hilbench.tui.model.checks import ChecksModel
 from hilbench.tui.model.consoles import ConsoleModel
 from hilbench.tui.model.dashboards import dashboard_of
-from hilbench.tui.model.frames import FramesModel
+from hilbench.tui.model.frames import FramesModel, MessageModel
 from hilbench.tui.model.log import LogModel
 from hilbench.tui.model.machines import MachineModel, is_change
 from hilbench.tui.model.pins import PinsModel
@@ -58,6 +58,16 @@ class DriverModel:
     forward: float = 0.0
     turn: float = 0.0
 
+    @property
+    def by_hand(self) -> bool:
+        """Whether a person does."""
+        return self.who == "user"
+
+    @property
+    def nobody(self) -> bool:
+        """Whether nobody does."""
+        return self.who in {"", "nobody", "dead man"}
+
 
 class BenchModel:
     """See the module.
@@ -87,7 +97,7 @@ class BenchModel:
         self.world = WorldModel.of(live)
         self.pins = PinsModel(live)
         self.dashboard, problems = dashboard_of(live)
-        self.signals = SignalsModel(self.dashboard, live)
+        self.signals = SignalsModel(self.dashboard, live, self.frames)
         self.console = ConsoleModel(live)
         self.checks = ChecksModel()
         self.log = LogModel(self.dashboard)
@@ -105,6 +115,11 @@ class BenchModel:
     def name(self) -> str:
         """The bench."""
         return str(self.header.get("bench", ""))
+
+    @property
+    def messages(self) -> list[MessageModel]:
+        """The messages that there were; those that still come stand first."""
+        return sorted(self.frames.messages, key=lambda one: one.per_s(self.ns) == 0)
 
     @property
     def factor(self) -> float | None:

@@ -16,13 +16,12 @@ ROBOT = Dashboard(kind="robot")
 BOARD = Dashboard(
     kind="board",
     wide=(
-        (4, (("pins", 3), ("link", 2), ("timers", 2), ("counters", 3))),
-        (5, (("console", 2), ("plots", 3), ("world", 3), ("frames", 2))),
-        (4, (("log", 3), ("states", 3), ("checks", 3))),
+        (4, (("pins", 9), ("link", 2), ("timers", 2), ("counters", 3))),
+        (6, (("world", 4), ("plots", 3))),
+        (4, (("console", 4), ("log", 4), ("states", 3), ("checks", 4), ("frames", 2), ("messages", 2))),
     ),
-    narrow=(
-        "pins", "console", "log", "plots", "world", "frames", "states", "link", "timers", "counters", "checks",
-    ),
+    below=(),
+    narrow=("world", "console", "pins", "log", "plots", "checks"),
 )  # fmt: skip
 """Of those on which none of our clients speaks."""
 
@@ -54,12 +53,20 @@ def dashboard_of(live: Event) -> tuple[Dashboard, list[str]]:
     meant = next((one for one in found if shown in one.shows), found[0])
     every = replace(
         meant,
+        narrow=meant.narrow if live.get("vehicle") else _without_world(meant.narrow),
         routine=frozenset().union(_BUSES, ROUTINE, *(one.routine for one in found)),
         bad=frozenset().union(*(one.bad for one in found)),
         said={kind: said for one in found for kind, said in one.said.items()},
         traffic=_BYTES.union(*(one.traffic for one in found)),
     )
     return every, problems
+
+
+def _without_world(narrow: tuple[str, ...]) -> tuple[str, ...]:
+    """Return which panes come first where no vehicle moves: what stands beside the world takes its place."""
+    if narrow[:1] != ("world",) or len(narrow) < 3:
+        return narrow
+    return (narrow[2], narrow[1], *narrow[3:])
 
 
 def _check(dashboard: object) -> None:

@@ -4,24 +4,51 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from hilbench.plugins.blame import place_of
 from hilbench.plugins.discovery import PLUGINS
-from hilbench.plugins.protocol import ProtocolPlugin
+from hilbench.plugins.protocol import ProtocolPlugin, Quantity
+from hilbench.tui.model.quantities import numbers_of, quantity_of, text_of
+from hilbench.tui.model.rates import Counted
 from protocols.common.decoding import Decoder, Speaker
 from protocols.common.item_words import said
 from protocols.common.items import Item, Kind
 from protocols.common.layout import Region, laid_out
 
-__all__ = ["KEPT_FRAMES", "LEAST_STEP_NS", "FrameModel", "FramesModel", "failed"]
+__all__ = ["KEPT_FRAMES", "LEAST_STEP_NS", "Field", "FrameModel", "FramesModel", "MessageModel", "failed"]
 
 KEPT_FRAMES = 2000
 LEAST_STEP_NS = 50_000_000
 """Figures that come faster are thinned to this (choice)."""
 
 Event = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A field of a message.
+
+    Attributes:
+        name: as its protocol calls it.
+        quantity: what it is.
+        value: as it stands in the frame.
+    """
+
+    name: str
+    quantity: Quantity
+    value: object
+
+    @property
+    def text(self) -> str:
+        """The value in its unit, without that."""
+        return text_of(self.value, self.quantity)
+
+    @property
+    def numbers(self) -> list[float]:
+        """The value in its unit: one number, or those of a list; none where it is no number."""
+        return numbers_of(self.value, self.quantity)
 
 
 class FrameModel:
@@ -69,6 +96,59 @@ class FrameModel:
         return said(self.item)
 
     @property
+    def fields(self) -> list[Field]:
+        """What it says, field by field; those without a value are left out."""
+        known = self._end.quantities
+        return [
+            Field(name, quantity_of(name, known), value)
+            for name, value in self.item.fields.items()
+            if value is not None
+        ]
+
+    @property
+    def message(self) -> tuple[str, bool, str]:
+        """Which message it is: on which line, whether our end sent it, and its name."""
+        return self.line, self.sent, self.item.name
+
+    def answers(self, other: FrameModel) -> bool:
+        """Return whether it answers another frame."""
+        protocol = self._end.protocol
+        if protocol is None or self.line != other.line or self.sent == other.sent:
+            return False
+        return self.item.name in protocol.answers.get(other.item.name, ())
+
+    @property
+    def asks(self) -> bool:
+        """Whether it is a request."""
+        protocol = self._end.protocol
+        return protocol is not None and self.item.name in protocol.answers
+
+    def made_anew(self, message: object) -> bytes:
+        """Return the frame of another message of its protocol.
+
+        Raises:
+            ValueError: its protocol cannot make one, or not of this message.
+        """
+        protocol = self._end.protocol
+        if protocol is None or protocol.encode is None:
+            raise ValueError("its protocol makes no frames here")
+        try:
+            return protocol.encode(message, self._end.options)
+        except Exception as error:
+            raise ValueError(f"{error}") from error
+
+    @property
+    def can_be_made(self) -> bool:
+        """Whether its protocol makes frames of messages, and it is one."""
+        protocol = self._end.protocol
+        return self.item.message is not None and protocol is not None and protocol.encode is not None
+
+    @property
+    def source(self) -> str:
+        """Whose line it was on, as in the journal."""
+        return self._end.source
+
+    @property
     def regions(self) -> list[Region]:
         """What its bytes are, if it is sound."""
         if self._end.protocol is None:
@@ -93,8 +173,10 @@ class _End:
     """
 
     name: str
+    source: str = ""
     protocol: ProtocolPlugin | None = None
     options: Any = None
+    quantities: Mapping[str, Quantity] = field(default_factory=dict)
     line: str = ""
     side: str = "host"
     far: bool = False
@@ -162,6 +244,33 @@ def failed(what: str, error: Exception) -> str:
     return f"its {what} fails: {place}{': ' if place else ''}{type(error).__name__}: {error}"
 
 
+@dataclass(slots=True)
+class MessageModel:
+    """A message that comes again and again.
+
+    Attributes:
+        latest: the last of its frames.
+        counts: how many there were, and how often lately; of each sort of it that its decoder distinguishes.
+    """
+
+    latest: FrameModel
+    counts: list[Counted]
+
+    @property
+    def count(self) -> int:
+        """How many there were."""
+        return sum(one.value for one in self.counts)
+
+    def per_s(self, now_ns: int) -> float:
+        """Return how many come in a second, lately."""
+        return sum(one.per_s(now_ns) for one in self.counts)
+
+    def joined(self, other: MessageModel) -> MessageModel:
+        """Return it with another sort of the same message."""
+        latest = max(self.latest, other.latest, key=lambda frame: frame.number)
+        return MessageModel(latest, [*self.counts, *other.counts])
+
+
 class FramesModel:
     """The latest frames of both directions of all lines, in the order in which they came.
 
@@ -172,6 +281,7 @@ class FramesModel:
     def __init__(self, live: Event) -> None:
         self.frames: deque[FrameModel] = deque(maxlen=KEPT_FRAMES)
         self._count = 0
+        self._messages: dict[tuple[str, bool, Hashable], MessageModel] = {}
         self._ends = _ends(live)
         self._seen: dict[str, dict[Hashable, int]] = {who: {} for who in self._ends}
         self._decoders: dict[tuple[str, bool], _Guarded] = {}
@@ -207,7 +317,40 @@ class FramesModel:
         frames = [FrameModel(number, ns, sent, end, one, read) for number, one in enumerate(found, count)]
         self._count += len(frames)
         self.frames.extend(frames)
-        return [] if sent else list(self._news(source, ns, map(decoder.sort, found), frames))
+        sorts = [decoder.sort(one) for one in found]
+        self._count_messages(sorts, frames)
+        return [] if sent else list(self._news(source, ns, sorts, frames))
+
+    @property
+    def messages(self) -> list[MessageModel]:
+        """The messages that there were, those of each line and direction together, by their names."""
+        found: dict[tuple[str, bool, str], MessageModel] = {}
+        for one in self._messages.values():
+            of = one.latest.message
+            found[of] = one if of not in found else found[of].joined(one)
+        return [found[of] for of in sorted(found)]
+
+    def _count_messages(self, sorts: Sequence[Hashable], frames: Sequence[FrameModel]) -> None:
+        """Count frames by their messages; bytes that are no frame are none."""
+        for sort, frame in zip(sorts, frames, strict=True):
+            if sort is not None:
+                of = frame.source, frame.sent, sort
+                message = self._messages.get(of)
+                if message is None:
+                    message = self._messages[of] = MessageModel(frame, [Counted()])
+                message.latest = frame
+                (counted,) = message.counts
+                counted.take(counted.value + 1, frame.ns)
+
+    def series(self, message: tuple[str, bool, str], field: str) -> list[tuple[int, list[float]]]:
+        """Return the bench times in ns and the numbers of a field of a message, as far back as frames are kept."""
+        found = []
+        for frame in self.frames:
+            if frame.good and frame.message == message:
+                numbers = next((one.numbers for one in frame.fields if one.name == field), [])
+                if numbers:
+                    found.append((frame.ns, numbers))
+        return found
 
     def _news(
         self, source: str, ns: int, sorts: Iterable[Hashable], frames: Sequence[FrameModel]
@@ -248,8 +391,20 @@ def _ends(live: Event) -> dict[str, _End]:
         options = None if protocol is None else protocol.options_in(live)
         if name:
             far = bool(about.get("far", False))
-            found[who] = _End(name=name, protocol=protocol, options=options, line=line, side=side, far=far)
+            found[who] = _End(
+                name=name, source=who, protocol=protocol, options=options, quantities=_quantities(protocol, live),
+                line=line, side=side, far=far,
+            )  # fmt: skip
     return found
+
+
+def _quantities(protocol: ProtocolPlugin | None, live: Event) -> Mapping[str, Quantity]:
+    if protocol is None:
+        return {}
+    try:
+        return dict(protocol.quantities(live))
+    except Exception:  # noqa: BLE001 - a plug-in's: the fields are shown as they are
+        return {}
 
 
 def _passes(word: str, frame: FrameModel) -> bool:

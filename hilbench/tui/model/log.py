@@ -84,7 +84,7 @@ def _action(event: Event) -> str:
 
 
 def _short(value: Any) -> str:
-    text = "..." if isinstance(value, dict | list) else str(value)
+    text = "..." if isinstance(value, dict | list) else f"{value:.5g}" if isinstance(value, float) else str(value)
     return text if len(text) <= 32 else f"{text[:31]}…"
 
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hilbench.plugins.dashboard import Dashboard
-from hilbench.tui.model.frames import LEAST_STEP_NS, FrameModel
+from hilbench.tui.model.frames import LEAST_STEP_NS, Field, FrameModel, FramesModel
 
-__all__ = ["LEAST_STEP_NS", "Signal", "SignalsModel"]
+__all__ = ["LEAST_STEP_NS", "Signal", "SignalsModel", "field_signal"]
 
 Event = Mapping[str, Any]
 NS_PER_S = 1_000_000_000
@@ -20,14 +20,8 @@ _KEPT = 6000
 """Points: five minutes at the least step."""
 _SLOWEST_PWM_NS = 100_000_000
 _MOST_PARTS = 4
-_UNITS = (
-    ("_mm_s", "mm/s", 1.0), ("_m_s2", "m/s²", 1.0), ("_m_s", "m/s", 1.0), ("_deg_s", "°/s", 1.0),
-    ("_rad_s", "rad/s", 1.0), ("_deg", "°", 1.0), ("_rad", "rad", 1.0), ("_kmh", "km/h", 1.0), ("_dv", "V", 0.1),
-    ("_rpm", "rpm", 1.0), ("_v", "V", 1.0), ("_a", "A", 1.0), ("_c", "°C", 1.0), ("_mgauss", "mG", 1.0),
-    ("_mm", "mm", 1.0), ("_m", "m", 1.0),
-)  # fmt: skip
-"""How fields with a unit end their names; what the value is multiplied by to be in it."""
 _MOST_USUAL = 4
+_LATENESS = "lateness p99"
 
 
 @dataclass(slots=True)
@@ -65,9 +59,11 @@ class SignalsModel:
     Args:
         dashboard: says which figures matter.
         live: what the header of the journal says of the bench.
+        frames: those of the bench; each field of their messages is a figure, too.
     """
 
-    def __init__(self, dashboard: Dashboard, live: Event) -> None:
+    def __init__(self, dashboard: Dashboard, live: Event, frames: FramesModel | None = None) -> None:
+        self._frames = frames
         self.signals: dict[str, Signal] = {}
         self._dashboard = dashboard
         self._live = live
@@ -82,7 +78,18 @@ class SignalsModel:
         for word in self._dashboard.plots:
             named = [name for name in self.signals if name.endswith(f" {word}")]
             found += [word] if word in self.signals else named[:1]
-        return found[:_MOST_USUAL] or list(self.signals)[:_MOST_USUAL]
+        return found[:_MOST_USUAL] or sorted(self.signals, key=lambda name: name == _LATENESS)[:_MOST_USUAL]
+
+    def signal(self, name: str) -> Signal | None:
+        """Return a figure, or a field of a message by its `field_signal`; None if there is no such."""
+        if name in self.signals or self._frames is None:
+            return self.signals.get(name)
+        for message in self._frames.messages:
+            frame = message.latest
+            for one in frame.fields:
+                if field_signal(frame, one.name) == name:
+                    return _of_field(self._frames, frame, one)
+        return None
 
     def take(self, event: Event) -> None:
         """Take what an event tells."""
@@ -96,7 +103,7 @@ class SignalsModel:
             case "link":
                 self._take_line(event)
             case "host-pace":
-                self._put("lateness p99", "ms", event["ns"], event["p99_ns"] / 1e6)
+                self._put(_LATENESS, "ms", event["ns"], event["p99_ns"] / 1e6)
 
     def take_frames(self, frames: Iterable[FrameModel]) -> None:
         """Take what the far end says: all of its fields that have a unit."""
@@ -105,8 +112,9 @@ class SignalsModel:
                 continue
             # Of several lines the same word means several things: a speed that is commanded, one that is reported.
             of = f"{frame.item.name} " if frame.line else ""
-            for name, value in frame.item.fields.items():
-                self._take_field(name, value, frame.ns, of)
+            for one in frame.fields:
+                if one.quantity.unit and 0 < len(one.numbers) <= _MOST_PARTS:
+                    self._put(of + one.quantity.label, one.quantity.unit, frame.ns, *one.numbers)
             self._take_echoes(frame.item.fields, frame.ns)
 
     # --- how it moves
@@ -125,18 +133,6 @@ class SignalsModel:
         self._put("turn rate", "°/s", event["ns"], math.degrees(turned) / span_s)
 
     # --- what is recorded
-
-    def _take_field(self, name: str, value: object, ns: int, of: str = "") -> None:
-        found = next(((unit, scale, len(end)) for end, unit, scale in _UNITS if name.endswith(end)), None)
-        if name in self._dashboard.units:
-            found = (self._dashboard.units[name], 1.0, 0)
-        if found is None:
-            return
-        unit, scale, cut = found
-        parts = value if isinstance(value, list | tuple) else (value,)
-        numbers = [part * scale for part in parts if isinstance(part, int | float) and not isinstance(part, bool)]
-        if len(numbers) == len(parts) <= _MOST_PARTS:
-            self._put(of + (name[:-cut] if cut else name).replace("_", " "), unit, ns, *numbers)
 
     def _take_echoes(self, fields: Event, ns: int) -> None:
         """Take the least of what the sensors heard last that look ahead; nothing where none of them hears anything."""
@@ -184,6 +180,19 @@ class SignalsModel:
         if signal is None:
             signal = self.signals[name] = Signal(unit)
         signal.take(ns, values)
+
+
+def field_signal(frame: FrameModel, field: str) -> str:
+    """Return what a field of a message is called as a figure."""
+    line, sent, name = frame.message
+    return f"{line} {'>' if sent else '<'} {name}.{field}".strip()
+
+
+def _of_field(frames: FramesModel, frame: FrameModel, field: Field) -> Signal:
+    signal = Signal(field.quantity.unit)
+    for ns, numbers in frames.series(frame.message, field.name):
+        signal.take(ns, numbers[:_MOST_PARTS])
+    return signal
 
 
 def _pin(source: str) -> str:

@@ -91,30 +91,49 @@ def _word(row: CheckedModel) -> str:
     return _WORDS.get(row.state, row.state)
 
 
-def clause_view(row: CheckedModel, width: int) -> list[Text]:
-    """Return a clause whole: what it asks for, what came of it, and why."""
+def clause_view(row: CheckedModel, width: int, height: int | None = None) -> list[Text]:
+    """Return a clause whole: what it asks for, what came of it, and why.
+
+    Args:
+        row: the clause.
+        width: columns.
+        height: rows; None for as many as it takes. Where there are too few, the last lines are left out, then the
+            source, and each line of evidence is cut to one row.
+    """
     about = row.about
     _, style = _MARKS.get(row.state, ("·", DIM))
-    lines = [Text.assemble((f"{row.id} ", HEAD), (f"{row.level} ", DIM), (_word(row), style))]
-    lines.append(Text(str(about.get("text") or row.title)))
-    if about.get("source"):
-        lines.append(Text(f"source    {about['source']}", DIM))
-    if row.unseen:
-        lines.append(Text(f"{row.mark}nobody saw {', '.join(row.unseen)}"))
-    if row.cause:
-        lines.append(Text(f"cause     {row.cause}", BAD if row.bad else ""))
-    lines += [Text(f"evidence  {line}") for line in list(about.get("evidence", ()))[:_MOST_EVIDENCE]]
-    margin = _margin(about.get("worst_margin"))
-    if margin:
-        lines.append(Text(f"margin    {about['worst_margin']['name']}: {margin}"))
+    asked = [Text.assemble((f"{row.id} ", HEAD), (f"{row.level} ", DIM), (_word(row), style))]
+    asked.append(Text(str(about.get("text") or row.title)))
+    source = [Text(f"source    {about['source']}", DIM)] if about.get("source") else []
+    cause = [Text(f"{row.mark}nobody saw {', '.join(row.unseen)}")] if row.unseen else []
+    cause += [Text(f"cause     {row.cause}", BAD if row.bad else "")] if row.cause else []
+    evidence = [Text(f"evidence  {line}") for line in list(about.get("evidence", ()))[:_MOST_EVIDENCE]]
+    rest = _margin_and_cases(row)
+    whole = _folded([*asked, *source, *cause, *evidence, *rest], width)
+    if height is None or len(whole) <= height:
+        return whole
+    with_source = _folded([*asked, *source, *cause, *evidence], width)
+    if len(with_source) <= height:
+        return with_source
+    return [*_folded([*asked, *cause], width), *(fit(line, width) for line in evidence)][:height]
+
+
+def _margin_and_cases(row: CheckedModel) -> list[Text]:
+    """Return the worst margin, the cases, and how to run them again."""
+    margin = _margin(row.about.get("worst_margin"))
+    lines = [Text(f"margin    {row.about['worst_margin']['name']}: {margin}")] if margin else []
     lines += [Text(f"case      {case} {_WORDS.get(state, state)}", DIM) for case, state in row.cases.items()]
-    if about.get("reproduce"):
-        lines.append(Text(f"again     {about['reproduce']}", DIM))
-    return [piece for line in lines for piece in _folded(line, width)]
+    if row.about.get("reproduce"):
+        lines.append(Text(f"again     {row.about['reproduce']}", DIM))
+    return lines
 
 
-def _folded(line: Text, width: int) -> list[Text]:
-    """Return a line in pieces of a width, none of them cut."""
+def _folded(lines: Sequence[Text], width: int) -> list[Text]:
+    """Return lines in pieces of a width, none of them cut."""
+    return [piece for line in lines for piece in _pieces(line, width)]
+
+
+def _pieces(line: Text, width: int) -> list[Text]:
     pieces, rest = [], line
     while rest.cell_len > width > 0:
         place = rest.plain.rfind(" ", 1, width)

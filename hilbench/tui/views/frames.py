@@ -4,43 +4,115 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import cycle
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rich.text import Text
 
 from hilbench.tui.model.frames import FrameModel
-from hilbench.tui.views.words import BAD, DIM, HEAD, LIT, fit, seconds
+from hilbench.tui.model.rows import FrameRow
+from hilbench.tui.views.words import BAD, DIM, HEAD, LIT, fit, ns_words, seconds
 from protocols.common.item_words import value_text
 
 if TYPE_CHECKING:
     from protocols.common.layout import Region
 
-__all__ = ["frame_line", "frame_view", "frames_view"]
+__all__ = ["fields_text", "frame_view", "frames_view"]
 
+_WITH_SINCE = 50
+"""With fewer columns there is no room for how long the frame before was ago (choice)."""
+_SHOWN_BYTES = 24
 _BYTE_STYLES = ("cyan", "yellow", "green", "magenta")
 
 
 def frames_view(
-    frames: Sequence[FrameModel], width: int, height: int, *, chosen: int | None = None, empty: str = "no frame yet"
+    rows: Sequence[FrameRow], width: int, height: int, *, chosen: int | None = None, empty: str = "no frame yet"
 ) -> list[Text]:
-    """Return the latest frames, the newest at the bottom; `chosen` is the number of the one that is pointed at."""
-    lines = [frame_line(frame, width, chosen=frame.number == chosen) for frame in frames[-height:]]
-    return lines or [Text(empty, DIM)]
+    """Return the latest rows in columns, the newest at the bottom.
+
+    Args:
+        rows: of frames.
+        width: cells in a line.
+        height: lines there are.
+        chosen: the number of the frame that is pointed at.
+        empty: what is said if there is none.
+    """
+    shown = rows[-height:]
+    if not shown:
+        return [Text(empty, DIM)]
+    columns = _Columns(
+        time=max(len(seconds(row.frame.ns)) for row in shown),
+        since=max(len(_since(row)) for row in shown) if width >= _WITH_SINCE else 0,
+        line=max(len(row.frame.line) for row in shown),
+        name=min(max(len(_name(row.frame)) for row in shown), max(8, width // 3)),
+        times=max(len(_count(row)) for row in shown),
+    )
+    return [_row_line(row, columns, width, chosen=row.number == chosen) for row in shown]
 
 
-def frame_line(frame: FrameModel, width: int, *, chosen: bool = False) -> Text:
-    """Return a frame in one line."""
+class _Columns(NamedTuple):
+    """How wide the columns are, in cells."""
+
+    time: int
+    since: int
+    line: int
+    name: int
+    times: int
+
+
+def _row_line(row: FrameRow, columns: _Columns, width: int, *, chosen: bool) -> Text:
+    frame = row.frame
+    way, style = ("⇄", "magenta") if row.request is not None else (">", "cyan") if frame.sent else ("<", "yellow")
+    name = _name(frame)
+    if len(name) > columns.name:
+        name = f"{name[: columns.name - 1]}…"
     line = Text.assemble(
         ("▸" if chosen else " ", HEAD),
-        (f"{seconds(frame.ns):>12} ", DIM),
-        (f"{frame.line:<10}" if frame.line else "", DIM),
-        ("> " if frame.sent else "< ", "cyan" if frame.sent else "yellow"),
-        (frame.text, "" if frame.good else BAD),
+        (f"{seconds(frame.ns):>{columns.time}} ", ""),
+        (f"{_since(row):>{columns.since}} " if columns.since else "", DIM),
+        (f"{frame.line:<{columns.line}} " if columns.line else "", DIM),
+        (f"{way} ", style),
+        (f"{name:<{columns.name}}", HEAD if frame.good else f"{BAD} reverse"),
+        " ",
+        (f"{_count(row):<{columns.times}} " if columns.times else "", "yellow"),
+        _answer(row),
+        fields_text(frame),
     )
     line = fit(line, width)
     if chosen:
-        line.stylize(LIT)
+        line = Text(f"{line.plain:<{width}}", LIT)
     return line
+
+
+def _name(frame: FrameModel) -> str:
+    return frame.item.name if frame.good else f"!! {frame.item.name}"
+
+
+def _count(row: FrameRow) -> str:
+    return f"x{row.count}" if row.count > 1 else ""
+
+
+def _since(row: FrameRow) -> str:
+    return "" if row.since_ns is None else f"+{ns_words(row.since_ns)}"
+
+
+def _answer(row: FrameRow) -> Text:
+    if row.request is None:
+        return Text("")
+    after = ns_words(row.frame.ns - row.request.ns)
+    asked = " ".join([row.request.item.name, *(one.text for one in row.request.fields)])
+    return Text.assemble(("to ", DIM), asked, (f" in {after}  ", DIM))
+
+
+def fields_text(frame: FrameModel) -> Text:
+    """Return what a frame says, field by field with their units; its bytes if it is not sound."""
+    if not frame.good:
+        return Text(frame.item.raw[:_SHOWN_BYTES].hex(" ").upper(), BAD)
+    said = Text()
+    for one in frame.fields:
+        said.append(f"{one.quantity.label} ", DIM)
+        said.append(one.text)
+        said.append(f" {one.quantity.unit}  " if one.quantity.unit else "  ", DIM)
+    return said
 
 
 def frame_view(frame: FrameModel, width: int) -> list[Text]:
@@ -57,10 +129,12 @@ def frame_view(frame: FrameModel, width: int) -> list[Text]:
 
 
 def _row(region: Region, frame: FrameModel, style: str, width: int) -> Text:
-    value = frame.item.fields.get(region.name)
+    found = next((one for one in frame.fields if one.name == region.name), None)
     shown = region.data[:8].hex(" ").upper() + (" ..." if len(region.data) > 8 else "")
     span = f"{region.start}" if len(region.data) == 1 else f"{region.start}-{region.start + len(region.data) - 1}"
-    said = "" if value is None else f" = {value_text(value)}"
+    said = "" if found is None else f" = {value_text(found.value)}"
+    if found is not None and found.quantity.unit:
+        said += f" is {found.text} {found.quantity.unit}"
     return fit(Text.assemble((f"{span:>7}  ", DIM), (f"{region.name:<19}", style), f" {shown:<27}", said), width)
 
 

@@ -17,16 +17,17 @@ _PANES = {
     "timers": "every timer of both ends runs down; min: the least time left at a restart",
     "counters": "of both ends, with rates; red once something has gone wrong",
     "world": "from above, true: the way in green, in red what its range sensors report. The odometry may differ",
-    "frames": "> sent, < heard. h holds the list, arrows point at a frame, enter shows its bytes field by field",
+    "frames": "> sent, < heard, ⇄ heard in answer. Equal ones are folded; F: each, h holds, arrows point, enter opens",
     "states": "each state of the table: lit is the present one, 3x how often it was come to, arrow the last step",
     "pins": "lights first; level, the last two seconds, duty and period; volts of analog pins",
     "log": "changes of state, faults, what you did, resets, what the models noted",
     "plots": "figures over time, each with its scale and unit; L chooses, < and > change the time",
     "checks": "the clauses of a suite and their verdicts; arrows point, enter shows cause and evidence",
+    "messages": "each message with its rate and last fields; arrows point, enter opens one, enter there plots a field",
     "console": "what firmware says in words: semihosting, ITM, or a UART with text",
 }
 _KEYS = (
-    ("0-9 C", "that pane alone; again, or escape: all panes. So does a double click on it"),
+    ("0-9 C M", "that pane alone; again, or escape: all panes. So does a double click on it"),
     ("tab", "the next pane; P: which panes, and where"),
     ("\\[ ] { } ", "the pane narrower, wider, lower, higher; or drag its border with the mouse. It is remembered"),
     ("w a s d", "drive, as arrows do where no list has them; capitals: full speed. Hold the key: 0.7 s after it"),
@@ -39,11 +40,12 @@ _KEYS = (
     ("i u", "put a fault on the line; take all back"),
     ("I", "give a board a level, volts, a wave, bytes: PC13=0/50ms, PA0=1.65V, usart1=hello"),
     ("m R", "mark this moment in the journal; keep the recording so far, in the working folder"),
+    ("e", "edit a message and send it to the target: the one that is pointed at in Messages, or one of a list"),
     ("/", "filter frames: words that must be there, -word must not, > or <, ! what is not sound"),
     ("L < >", "which signals are plotted; over a shorter, a longer time"),
     ("t b", "run a suite on a fresh bench; open another bench"),
     ("g X", "save the screen as SVG; export as CSV, JSON or hex. Both into the working folder"),
-    ("T", "light or dark"),
+    ("T", "themes, light and dark; each is shown while it is pointed at"),
     ("q", "leave: stop the bench, or detach from it"),
     ("ctrl+p", "all of this by name"),
 )
@@ -125,6 +127,7 @@ def _tries(model: BenchModel | None, actions: Collection[str], own: Help, record
         yield "[b]i[/b], drop, 60 percent: how long does the session live? States shows which way it ends."
     if model is not None and ("protocol" in model.live or "speakers" in model.live):
         yield "[b]5 up enter[/b]: a frame byte by byte. [b]/ ! enter[/b]: only those that were refused."
+        yield "[b]M down enter[/b]: a message field by field; [b]enter[/b] on a field plots it."
     if "pause" in actions:
         yield "[b]p[/b] stops time itself, [b]n[/b] goes on by 0.1 s, [b]f[/b] lets it run as fast as it can."
     if "reset" in actions:

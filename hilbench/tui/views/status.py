@@ -32,7 +32,6 @@ def link_view(model: BenchModel, width: int) -> list[Text]:
     else:
         lines = list(_several_lines(model, width)) or [Text("no line to watch", DIM)]
     lines += _pace(model)
-    lines.append(_driver(model))
     lines += _listed("faults armed   ", model.armed, "", width)
     lines += _listed("faults struck  ", [f"{count} {name}" for name, count in model.faults.items()], BAD, width)
     return [fit(line, width) for line in lines]
@@ -119,14 +118,6 @@ def _pace(model: BenchModel) -> Iterator[Text]:
     if pace["slips"]:
         count = f"{pace['slips']} time{'s' * (pace['slips'] != 1)}"
         yield Text(f"  bench time stood still {count}, {ns_words(pace['slipped_ns'])} in all", BAD)
-
-
-def _driver(model: BenchModel) -> Text:
-    driver = model.driver
-    if not driver.who:
-        return Text("nobody can drive here", DIM)
-    how = f"  {driver.forward:+.1f} ahead {driver.turn:+.1f} left" if driver.who == "user" else ""
-    return Text.assemble(("driver   ", HEAD), driver.who, how)
 
 
 def clock_words(model: BenchModel) -> str:

@@ -10,19 +10,19 @@ __all__ = ["BAD", "DIM", "GOOD", "HEAD", "LIT", "bar", "bytes_words", "fit", "ns
 
 NS_PER_S = 1_000_000_000
 
-LIT = "bold reverse"
-"""What is the case now."""
+LIT = "bold bright_white on bright_blue"
+"""What is the case now, and what is pointed at."""
 _KILO = 1000
 
 
 def seconds(ns: int) -> str:
-    """Return a bench time: ``12.345 s``, or hours and minutes where there are any."""
+    """Return a bench time to the millisecond: ``12.345 s``, or hours and minutes where there are any."""
     whole, rest = divmod(ns, NS_PER_S)
     if whole < 60:
         return f"{whole}.{rest // 1_000_000:03d} s"
     hours, whole = divmod(whole, 3600)
     minutes, whole = divmod(whole, 60)
-    return f"{hours}:{minutes:02d}:{whole:02d}.{rest // 100_000_000}"
+    return f"{hours}:{minutes:02d}:{whole:02d}.{rest // 1_000_000:03d}"
 
 
 def ns_words(ns: int) -> str:

@@ -17,13 +17,16 @@ $(BUILD)/vehicle_interface/%.o: CFLAGS = $(VEHICLE_CFLAGS)
 $(BUILD)/vehicle_interface/memory.o: common/memory.c Makefile vehicle_interface/vehicle_interface.mk
 	$(compile)
 
-# $(call vehicle,NAME,FLAGS)
+$(BUILD)/vehicle_interface/xrce/%.o: xrce/%.c Makefile vehicle_interface/vehicle_interface.mk
+	$(compile)
+
+# $(call vehicle,NAME,FLAGS[,more OBJECTS])
 define vehicle
 all: $(IMAGES)/$(1).elf
 $(BUILD)/vehicle_interface/$(1)/%.o: CFLAGS = $(VEHICLE_CFLAGS) -DVEHICLE_IMAGE $(2)
 $(BUILD)/vehicle_interface/$(1)/%.o: vehicle_interface/%.c Makefile vehicle_interface/vehicle_interface.mk
 	$$(compile)
-$(IMAGES)/$(1).elf: $(VEHICLE_EACH:%=$(BUILD)/vehicle_interface/$(1)/%.o) $(VEHICLE_SAME:%=$(BUILD)/vehicle_interface/%.o) \
+$(IMAGES)/$(1).elf: $(VEHICLE_EACH:%=$(BUILD)/vehicle_interface/$(1)/%.o) $(VEHICLE_SAME:%=$(BUILD)/vehicle_interface/%.o) $(3) \
                     $(BUILD)/vehicle_interface/memory.o common/sections.ld vehicle_interface/vehicle.ld
 	@mkdir -p $$(@D)
 	$(CC) $(VEHICLE_LDFLAGS) -T vehicle_interface/vehicle.ld $$(filter %.o,$$^) -lgcc -o $$@
@@ -42,3 +45,14 @@ $(eval $(call vehicle,vehicle-v0,$(VEHICLE_V0:%=-DDEFECT_%=1)))
 
 VEHICLE_V1 := $(filter-out EMERGENCY_KEPT,$(VEHICLE_V0)) FLAG_CLASH EMERGENCY_MANUAL
 $(eval $(call vehicle,vehicle-v1,$(VEHICLE_V1:%=-DDEFECT_%=1)))
+
+# The same with DDS-XRCE in the place of the stand-in link.
+VEHICLE_XRCE := $(addprefix $(BUILD)/vehicle_interface/xrce/,client streams objects cdr frames)
+define vehicle_micro_ros
+$(BUILD)/vehicle_interface/$(1)/stack/driving_stack.o: CFLAGS += -include vehicle_interface/stack/micro_ros.h
+$(call vehicle,$(1),$(2),$(BUILD)/vehicle_interface/$(1)/stack/micro_ros.o $(VEHICLE_XRCE:%=%.o))
+endef
+
+$(eval $(call vehicle_micro_ros,vehicle-micro-ros,))
+$(eval $(call vehicle_micro_ros,vehicle-micro-ros-v0,$(VEHICLE_V0:%=-DDEFECT_%=1)))
+$(eval $(call vehicle_micro_ros,vehicle-micro-ros-v1,$(VEHICLE_V1:%=-DDEFECT_%=1)))

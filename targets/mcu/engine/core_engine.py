@@ -10,7 +10,7 @@ import ctypes
 import enum
 import sys
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Protocol
@@ -240,6 +240,30 @@ class CoreEngine:
             if base <= address < base + len(data):
                 return int.from_bytes(data[address - base : address - base + 2], "little")
         return 0
+
+    # --- what was executed
+
+    def cover(self) -> None:
+        """Remember from now on what is executed, also of memory that is written later.
+
+        Raises:
+            MemoryError: there is no memory for it.
+        """
+        if not self._library.hil_cover(self._core):
+            raise MemoryError
+
+    def executed(self) -> Iterator[int]:
+        """Return the addresses of all instructions that were executed since `cover`, or faulted, in no order.
+
+        Memory that lies at several addresses counts at each by itself.
+        """
+        for base, data, _ in self._memory:
+            place = self._library.hil_executed(self._core, base)
+            began = ctypes.string_at(place, len(data) // 2) if place else b""
+            at = began.find(1)
+            while at >= 0:
+                yield base + 2 * at
+                at = began.find(1, at + 1)
 
     # --- registers
 
@@ -558,6 +582,8 @@ def _library() -> Any:
     library.hil_map_memory.restype = ctypes.c_int32
     library.hil_map_registers.argtypes, library.hil_map_registers.restype = (pointer, word, word), ctypes.c_int32
     library.hil_forget.argtypes, library.hil_forget.restype = (pointer, word, word), None
+    library.hil_cover.argtypes, library.hil_cover.restype = (pointer,), ctypes.c_bool
+    library.hil_executed.argtypes, library.hil_executed.restype = (pointer, word), pointer
     library.hil_exceptions_of.argtypes, library.hil_exceptions_of.restype = (pointer,), pointer
     for run in (library.hil_run, library.hil_go):
         run.argtypes, run.restype = (pointer, double, double), word

@@ -16,7 +16,7 @@ _LIBRARY = "p2os-arduino p2os_comm.cpp"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class P2osAdapterSettings:
-    """The adapter as published unless told otherwise.
+    """The adapter. The defaults are those of the published one.
 
     Raises:
         ValueError: a value makes no adapter; the text begins with the name of the setting.

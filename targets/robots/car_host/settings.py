@@ -16,7 +16,7 @@ def _setting(default: Any, unit: str, source: str) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CarHostSettings:
-    """The simulator's side as we would ship it, unless told otherwise.
+    """The simulator's side. The defaults are those of our own bridge.
 
     Raises:
         ValueError: a value makes no host. The message begins with the name of the setting.

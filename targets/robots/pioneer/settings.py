@@ -31,7 +31,7 @@ def _setting(default: Any, unit: str, source: str) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotSettings:
-    """A Pioneer 2-DX unless told otherwise; `describe` lists each value with unit and source.
+    """The robot. The defaults are those of a Pioneer 2-DX; `describe` lists each value with unit and source.
 
     Raises:
         ValueError: A value makes no robot: a text that its packet cannot carry, a rate or size that is not positive, a

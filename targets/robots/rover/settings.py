@@ -19,7 +19,7 @@ def _setting(default: Any, unit: str, source: str) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoverSettings:
-    """The rover as document and manual promise it, unless told otherwise.
+    """The rover. The defaults are what document and manual promise.
 
     Raises:
         ValueError: a value makes no rover. The message begins with the name of the setting.

@@ -21,7 +21,7 @@ def _setting(default: Any, unit: str, source: str) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VehicleSettings:
-    """The board as we would ship it, unless told otherwise.
+    """The board. The defaults are those of our firmware.
 
     Raises:
         ValueError: a value makes no board. The message begins with the name of the setting.

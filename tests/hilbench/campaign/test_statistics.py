@@ -44,7 +44,7 @@ def test_what_is_inconclusive_or_wrong_counts_for_no_rate():
     assert total.rate == 0.5
     assert found.bench_time_s == 6.0
     first = next(iter(lines_of(found)))
-    assert first == "6 points, 2 without a result: 1 pass, 1 fail, 1 inconclusive, 1 error; 6 s of bench time"
+    assert first == "6 points, 2 without a result: 1 pass, 1 fail, 1 inconclusive, 1 error; 6.0 s of bench time"
 
 
 def test_nothing_judged_is_no_rate():

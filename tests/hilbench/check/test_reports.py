@@ -241,7 +241,7 @@ def test_the_list_for_a_person(write_suite, provider):
         "  A1  must     1.5 s  a       needs world",
         "  A2  should  20.0 s  longer  not applicable: no gravity",
         "",
-        "1 of 2 cases apply: 1 clause, about 2 s of bench time",
+        "1 of 2 cases apply: 1 clause, about 1.5 s of bench time",
     ]
 
 

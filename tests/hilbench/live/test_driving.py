@@ -27,6 +27,7 @@ from hilbench.terminal import arguments
 from hilbench.testing import FakeHostClock
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.views.status import strip_view
+from protocols import pkt
 from tests.each import each
 
 
@@ -163,7 +164,8 @@ def test_a_stand_in_a_file_of_ones_own_is_meant(tmp_path):
     own.write_text(ours.path.read_text().replace("../../../../targets", str(images)))
     assert (scene_for(ours), scene_for(open_target(str(own)))) == (ROVER_ROOM, None)
     assert scene_for(open_target("vehicle")) == TRACK
-    others = ("pioneer", "rover-model", "vehicle-model", "bluepill")
+    assert scene_for(open_target("pioneer")) == "room-with-boxes"
+    others = ("pioneer-plane", "rover-model", "vehicle-model", "bluepill")
     assert {scene_for(open_target(name)) for name in others} == {None}
 
 
@@ -180,12 +182,26 @@ def test_a_scene_needs_a_world():
         ({"do": "step", "seconds": 11}, "seconds is a number"),
         ({"do": "speed", "factor": float("nan")}, "factor is a number"),
         ({"do": "mark", "text": "x" * 201}, "at most 200 characters"),
+        ({"do": "send", "data": "0"}, "data is bytes in hex"),
+        ({"do": "send", "data": ""}, "data has 1 to 4096 bytes"),
+        ({"do": "send", "data": "00", "line": "none"}, "no line 'none': host"),
     ],
 )
 def test_what_cannot_be_done_is_refused(live, request_, why):
     actions: Actions = live("rover-model").actions
     with pytest.raises(RequestError, match=why):
         actions.obey(request_)
+
+
+def test_a_message_of_ones_own_goes_out_on_the_line_and_into_the_journal(live):
+    one = live("rover-model", demo=False)
+    one.bench.run_for(0.1)
+    frame = pkt.encode_frame(pkt.encode_command(pkt.LedOn()))
+    one.actions.obey({"do": "send", "data": frame.hex()})
+    one.bench.run_for(0.1)
+    answer = pkt.encode_report(pkt.ExecutionReport(opcode=1)).hex()
+    assert ("station", frame.hex()) in [(event["source"], event["data"]) for event in told(one, "tx")]
+    assert [event for event in told(one, "rx") if answer in event["data"]]
 
 
 def test_only_serial_ports_are_attached_to(tmp_path):

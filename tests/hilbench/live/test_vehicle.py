@@ -253,6 +253,19 @@ def test_what_cannot_be_done_is_refused(vehicle):
         actions.obey({"do": "simulator", "on": 1})
 
 
+@pytest.mark.slow("the emulated board, with its client of DDS-XRCE: four seconds of a drive")
+def test_a_board_with_micro_ros_is_driven_through_an_agent(vehicle):
+    one = vehicle("vehicle-micro-ros")
+    assert one.run_until(Sight.AUTOWARE, 2.0)
+    one.run(2.0)
+    assert one.seen["reported"] == "AUTONOMOUS"
+    assert one.seen["speed_m_s"] > 0.2
+    assert one.live.rig.about["speakers"]["stack"]["protocol"] == "xrce"
+    one.do("stack", on=False)
+    one.run(1.6)
+    assert one.mode is not Sight.AUTOWARE
+
+
 @each("bench", ["vehicle", "vehicle-model"])
 @each(
     ("targets", "why"),

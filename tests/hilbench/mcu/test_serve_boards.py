@@ -63,15 +63,15 @@ def test_doors_without_a_name_take_the_usarts_in_order():
         (
             [pty("a", "usart4")],
             FREE,
-            "--pty usart4=: no such USART, or it is linked already; USARTs: bluepill.",
+            "--pty usart4=: no such line, or it is linked already; lines: bluepill.",
         ),
         (
             [pty("a", "usart1"), pty("b", "bluepill.usart1")],
             FREE,
             "--pty bluepill.usart1=: bluepill.usart1 has an endpoint of this kind already",
         ),
-        ([pty("a")] * 4, FREE, "--pty: more of them than USARTs (bluepill.usart1, "),
-        ([TcpDoor(port=0)], [], "--tcp: more of them than USARTs (none is free)"),
+        ([pty("a")] * 4, FREE, "--pty: more of them than lines (bluepill.usart1, "),
+        ([TcpDoor(port=0)], [], "--tcp: more of them than lines (none is free)"),
         ([pty("a", "usart1")], ["a.usart1", "b.usart1"], "several boards have it; write one of a.usart1, b.usart1"),
     ],
 )

@@ -37,7 +37,7 @@ sys.exit(main())
 """Who draws gives way to others; it and its bench end in some seconds: beside others' work that is next to nothing."""
 ACTIONS = (
     "connect", "demo", "disconnect", "drive", "clear-faults", "inject", "mark", "pause", "quit", "resume", "speed",
-    "step", "stimulate", "stop",
+    "send", "step", "stimulate", "stop",
 )  # fmt: skip
 
 

@@ -122,7 +122,7 @@ def test_a_board_is_given_a_stimulus(process_of, on_screen):
 def test_a_frame_is_found_held_and_opened(process_of, on_screen, rows, settle):
     async def scenario(app, pilot):
         await pilot.press("slash", *"pulse", "enter")
-        await pilot.press("5", "up", "enter")
+        await pilot.press("5", "F", "up", "enter")
         await settle(app, pilot)
         screen = "\n".join(rows(app))
         assert "[FA FB][03][00][00 00]" in screen
@@ -132,6 +132,10 @@ def test_a_frame_is_found_held_and_opened(process_of, on_screen, rows, settle):
         await pilot.press("up", "up")
         assert frames.held is held
         assert frames.chosen == held[-4].number
+        await pilot.press("F")
+        await settle(app, pilot)
+        assert frames.border_subtitle == "filter: pulse, held"
+        assert f"x{len(held)}" in "\n".join(rows(app))  # the one that is pointed at is among them
         await pilot.press("escape", "escape")
         await pilot.pause()
         assert (frames.opened, frames.held, app.zoomed) == (False, None, "frames")

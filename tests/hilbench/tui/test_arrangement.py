@@ -62,8 +62,34 @@ def test_a_pane_grows_by_as_much_as_its_neighbour_can_spare(kind, name, dx, dy):
     assert (now[name].height - was[name].height) * dy >= 0
     assert min(box.width for box in now.values()) >= LEAST_COLUMNS
     assert min(box.height for box in now.values()) >= min(LEAST_ROWS, *(box.height for box in was.values()))
-    others = [one for one in shown if was[one].x == was[name].x]
-    assert sum(now[one].height for one in others) == 60
+    cells = {(x, y) for box in now.values() for x in range(box.x, box.x + box.width) for y in _rows(box)}
+    assert len(cells) == sum(box.width * box.height for box in now.values()) == 200 * 60
+
+
+def _rows(box):
+    return range(box.y, box.y + box.height)
+
+
+def test_the_lower_border_of_a_band_moves_for_all_of_its_columns():
+    before, shown = ARRANGED["robot"][0], {"link", "world", "frames", "log"}
+    after = before.resized(shown, 200, 60, "world", dx=0, dy=4)
+    was, now = (one.boxes(shown, 200, 60) for one in (before, after))
+    assert [now[name].height - was[name].height for name in ("link", "world", "frames", "log")] == [4, 4, -4, -4]
+
+
+@each(
+    ("height", "room", "seen"),
+    [
+        (24, 3, ["world", "frames", "plots"]),
+        (50, 5, ["world", "frames", "plots", "link", "log"]),
+    ],
+)
+def test_on_a_narrow_screen_frames_have_all_of_the_width_below_the_first_pane(height, room, seen):
+    narrow = ARRANGED["robot"][1]
+    assert narrow.seen(PANES, room) == seen
+    boxes = narrow.boxes(seen, 80, height)
+    assert (boxes["frames"].width, boxes["frames"].y) == (80, boxes["world"].height)
+    assert boxes["plots"].x == boxes["world"].width
 
 
 def test_a_pane_that_is_not_seen_or_not_there_changes_nothing():
@@ -74,7 +100,7 @@ def test_a_pane_that_is_not_seen_or_not_there_changes_nothing():
 
 
 def test_panes_are_moved_and_hidden():
-    arrangement = ARRANGED["robot"][0].moved("log", columns=-1).moved("log", places=-5)
+    arrangement = ARRANGED["robot"][0].moved("log", columns=-3).moved("log", places=-5)
     assert arrangement.columns[1].names[0] == "log"
     assert sorted(arrangement.names) == PANES
     hidden = arrangement.toggled("log")

@@ -155,10 +155,10 @@ def test_a_bench_that_is_killed_leaves_the_dashboard_and_the_cause(terminal, tmp
 def test_a_recording_is_opened_and_what_is_arranged_in_it_remembered(terminal, journals, tmp_path):
     shown = terminal("replay", str(journals["rover"]))
     shown.wait_for("recorded")
-    shown.press("T")
+    shown.press(">")
     shown.press("q")
     assert shown.end() == 0
-    assert '"textual-light"' in (tmp_path / "state" / "hilbench" / "dashboard.json").read_text()
+    assert '"span_s": 60' in (tmp_path / "state" / "hilbench" / "dashboard.json").read_text()
 
 
 @pytest.mark.exhaustive("the gate has the exit code without a terminal, and why a bench ended on a screen (test_app)")

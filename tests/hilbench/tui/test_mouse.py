@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hilbench.tui.bench_process import Phase
+from hilbench.tui.model.rows import rows_of
 from hilbench.tui.recorded import RecordedBench
 from tests.share import few
 
@@ -50,7 +51,7 @@ def test_the_footer_is_put_together_anew_only_where_other_keys_are_offered(proce
         app.query_one("#frames").focus()
         await pilot.pause()
         assert {key.description for key in app.query("FooterKey")} - {key.description for key in shown} == {
-            "Bytes", "Hold",
+            "Bytes", "Hold", "Fold",
         }  # fmt: skip
 
     on_screen(process_of("pioneer"), scenario, (200, 60))
@@ -102,17 +103,18 @@ def test_a_frame_is_pointed_at_opened_and_left_by_mouse(process_of, on_screen):
         await pilot.click(frames, offset=(9, bottom - 1))
         await pilot.pause()
         first = frames.chosen
-        assert (first, frames.opened) == (frames.held[-2].number, False)
+        drawn = rows_of(frames.held)
+        assert (first, frames.opened) == (drawn[-2].number, False)
         await pilot.click(frames, offset=(10, bottom - 1))  # the row is where it was
         await pilot.pause()
         assert (frames.chosen, frames.opened) == (first, True)
         await pilot.press("escape")
         frames.post_message(scroll_up(frames))
         await pilot.pause()
-        assert frames.chosen == frames.held[-5].number
+        assert frames.chosen == drawn[-5].number
         await pilot.click(frames, offset=(0, 3))  # its border
         await pilot.pause()
-        assert frames.chosen == frames.held[-5].number
+        assert frames.chosen == drawn[-5].number
 
     on_screen(process_of("pioneer"), scenario)
 
@@ -188,7 +190,7 @@ def test_each_command_of_the_palette_does_something_or_says_why_not(
     from hilbench.tui.panes import PANES
 
     # One pane for all: `test_app` gives each of them the screen.
-    left_out = {"Leave", *(f"Show {pane.title} alone" for name, pane in PANES.items() if name != "link")}
+    left_out = ("Dashboard: leave", *(f"View: {pane.title} alone" for name, pane in PANES.items() if name != "link"))
     monkeypatch.chdir(tmp_path)
     process = process_of("vehicle" if kind == "vehicle" else "rover")
     replay = None
@@ -200,10 +202,10 @@ def test_each_command_of_the_palette_does_something_or_says_why_not(
         process, replay = RecordedBench(tmp_path), replay_of("rover")
 
     async def scenario(app, pilot):
-        offered = [one for one in app.get_system_commands(app.screen) if one.title not in left_out]
-        assert {"Theme", "Explain this screen"} <= {one.title for one in offered}
+        offered = [one for one in app.get_system_commands(app.screen) if not one.title.startswith(left_out)]
+        assert {"View: choose a theme  (T)", "Dashboard: explain this screen  (?)"} <= {one.title for one in offered}
         for command in offered:
-            app.zoomed = "log" if command.title == "Show all panes" else ""
+            app.zoomed = "log" if command.title.startswith("View: all panes") else ""
             if replay is not None:
                 replay.go_to(replay.length_ns // 2)
             app.look()
@@ -216,7 +218,7 @@ def test_each_command_of_the_palette_does_something_or_says_why_not(
         asked = {name for name, _ in getattr(process, "sent", ())}
         can = {NEEDS[action] for action, _ in BY_NAME.values() if action in NEEDS and app.check_action(action, ())}
         can |= {key.do for number, key in enumerate(app.keys) if app.check_action("ask", (number,))}
-        assert can - {"inject", "mark", "stimulate"} <= asked  # these ask first
+        assert can - {"inject", "mark", "send", "stimulate"} <= asked  # these ask first
 
     on_screen(process, scenario, replay=replay, benches=BENCHES)
 

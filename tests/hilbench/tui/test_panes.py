@@ -81,10 +81,10 @@ def test_panes_are_hidden_and_moved_by_name(process_of, on_screen):
 
 def test_where_there_is_little_room_the_next_pane_takes_the_place_of_a_hidden_one(process_of, on_screen):
     async def scenario(app, pilot):
-        assert list(app.query_one("Body").shown) == ["world", "frames"]
+        assert list(app.query_one("Body").shown) == ["world", "frames", "plots"]
         await pilot.press("P", "space", "escape")
         await pilot.pause()
-        assert list(app.query_one("Body").shown) == ["frames", "plots"]
+        assert list(app.query_one("Body").shown) == ["frames", "plots", "link"]
 
     on_screen(process_of("pioneer"), scenario)
 
@@ -101,14 +101,24 @@ def test_a_file_that_is_damaged_is_a_line_in_the_log(process_of, on_screen, rows
     on_screen(process_of("pioneer"), scenario, (160, 30), memory=Memory(Path("state")))
 
 
-def test_light_and_dark_are_remembered(process_of, on_screen):
+def test_a_theme_is_seen_while_it_is_pointed_at_and_its_colours_are_those_of_all_views(process_of, on_screen):
+    from hilbench.tui.theme import terminal_theme  # not to be imported where tests are collected
+
     memory = Memory()
 
     async def scenario(app, pilot):
-        await pilot.press("T")
-        assert memory.theme == app.theme == "textual-light"
-        await pilot.press("T")
+        await pilot.press("T", "down")
+        await pilot.pause()
+        assert app.theme == "textual-light"
+        letters = app.ansi_theme.foreground_color
+        assert letters == terminal_theme(app.current_theme).foreground_color
+        await pilot.press("escape")
+        await pilot.pause()
         assert memory.theme == app.theme == "textual-dark"
+        assert app.ansi_theme.foreground_color != letters
+        await pilot.press("T", "down", "enter")
+        await pilot.pause()
+        assert memory.theme == app.theme == "textual-light"
 
     on_screen(process_of("pioneer"), scenario, memory=memory)
 
@@ -225,10 +235,14 @@ def test_the_palette_has_every_action_that_a_key_has(process_of, on_screen):
 
     async def scenario(app, pilot):
         offered = {command.title: command for command in app.get_system_commands(app.screen)}
-        assert {"Put a fault on the line", "Export as CSV, JSON or hex", "Show Plots alone"} <= offered.keys()
-        assert "Play, or stand still" not in offered
+        assert {
+            "Line: put a fault on it  (i)",
+            "Save: mark this moment  (m)",
+            "View: Plots alone  (9)",
+        } <= offered.keys()
+        assert not [title for title in offered if title.startswith("Recording: ")]
         assert all(command.help for command in offered.values())
-        offered["Show Plots alone"].callback()
+        offered["View: Plots alone  (9)"].callback()
         assert app.zoomed == "plots"
 
     on_screen(process_of("pioneer"), scenario)

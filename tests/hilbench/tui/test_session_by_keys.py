@@ -94,7 +94,7 @@ def test_a_session_by_keys(bench, tmp_path, monkeypatch, all_done):
         assert app.query_one("#frames").opened
         await press("escape", "escape", "escape")
 
-        await press("t", "shift+tab", *"P02D", "enter", "enter")
+        await press("t", "tab", *"P02D", "enter")
         await until(lambda _model: app.run_of_suite.code is not None)
         assert "all checks passed" in session.screen()
         await press("down", "enter")

@@ -8,14 +8,16 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from hilbench.plugins.dashboard import Dashboard
+from hilbench.plugins.protocol import Quantity
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.checks import ChecksModel
-from hilbench.tui.model.signals import SignalsModel
+from hilbench.tui.model.quantities import numbers_of, quantity_of, text_of
 from hilbench.tui.views.checks import checks_view, clause_view
 from hilbench.tui.views.console import console_view
 from hilbench.tui.views.plots import figure, plots_view
 from protocols import p2os
+from protocols.p2os import SonarReading
+from tests.each import each
 
 S = 1_000_000_000
 MS = 1_000_000
@@ -67,12 +69,38 @@ def test_what_the_far_end_tells_has_its_unit(model_of):
     assert rover.usual()[:2] == ["rpm", "throttles"]
 
 
-def test_fields_are_plotted_in_the_unit_that_ends_their_name():
-    signals = SignalsModel(Dashboard(kind="robot"), {})
-    for name, unit in {"level_mm": "mm", "speed_mm_s": "mm/s", "range_m": "m", "number": None}.items():
-        signals._take_field(name, 1.0, 0)
-        plotted = signals.signals.get(name.partition("_")[0])
-        assert (plotted and plotted.unit) == unit, name
+@each(
+    ("name", "value", "shown", "numbers"),
+    [
+        ("level_mm", 7, "level 7 mm", [7]),
+        ("speed_mm_s", -0.0, "speed 0 mm/s", [0]),
+        ("battery_dv", 131, "battery 13.1 V", [13.1]),
+        ("range_m", (1.5, 22), "range 1.5 22 m", [1.5, 22]),
+        ("last_number", True, "last number yes ", [1]),
+        ("x_raw", 32_760, "x -6.4 mm", [-6.4]),
+        (
+            "sonars",
+            (SonarReading(number=3, range_raw=100), SonarReading(number=4, range_raw=7)),
+            "sonars 3:50 4:3.5 mm",
+            [],
+        ),
+        ("name", "P2", "name P2 ", []),
+    ],
+)
+def test_a_field_has_the_unit_that_its_protocol_says_else_the_one_that_ends_its_name(name, value, shown, numbers):
+    known = {"x_raw": Quantity("x", "mm", 0.8, 32_768), "sonars": Quantity("sonars", "mm", 0.5)}
+    quantity = quantity_of(name, known)
+    assert f"{quantity.label} {text_of(value, quantity)} {quantity.unit}" == shown
+    assert numbers_of(value, quantity) == pytest.approx(numbers)
+
+
+def test_any_field_of_a_message_is_a_figure_as_far_back_as_frames_are_kept(model_of):
+    signals = model_of("pioneer").signals
+    heading = signals.signal("< Sip.th_raw")
+    assert heading.unit == "°"
+    assert heading.parts[0][-1] == pytest.approx((7_911_000_000, 91.8), rel=0.01)
+    assert [value for _, value in signals.signal("> VEL.argument").parts[0]] == [240, 200, 0]
+    assert signals.signal("< Sip.nothing") is None
 
 
 def test_what_is_ahead_is_the_nearest_that_was_heard_last():

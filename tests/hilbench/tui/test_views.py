@@ -211,7 +211,8 @@ def test_analog_pins_have_volts_a_trace_on_the_scale_of_their_supply_and_a_row_b
 
 
 @each(
-    ("ns", "text"), [(0, "0.000 s"), (1_234_567_890, "1.234 s"), (61 * S, "0:01:01.0"), (7384_900_000_000, "2:03:04.9")]
+    ("ns", "text"),
+    [(0, "0.000 s"), (1_234_567_890, "1.234 s"), (61 * S, "0:01:01.000"), (7384_900_000_000, "2:03:04.900")],
 )
 def test_bench_times(ns, text):
     assert seconds(ns) == text

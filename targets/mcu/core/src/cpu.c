@@ -7,8 +7,10 @@
 HIL_EXPORT void hil_free(struct hil_cpu *cpu) {
   if (!cpu)
     return;
-  for (uint32_t n = 0; n < cpu->region_count; n++)
+  for (uint32_t n = 0; n < cpu->region_count; n++) {
     free(cpu->regions[n].ops);
+    free(cpu->regions[n].executed);
+  }
   hil_decoder_free(cpu->decoder);
   free(cpu);
 }
@@ -85,11 +87,14 @@ static void forget_in(struct hil_cpu *cpu, struct hil_region *region, uintptr_t 
   size_t first = from > start ? (from - start) / 2 : 0;
   size_t last = to < end ? (to - start + 1) / 2 : region->size / 2;
   if (last - first > region->size / 8 && !cpu->executing) {
+    hil_remember(region, 0, region->size / 2);
     free(region->ops);
     region->ops = NULL;
     return;
   }
-  for (size_t at = first ? first - 1 : 0; at < last; at++) { /* the half before may begin a wide instruction */
+  first = first ? first - 1 : 0; /* the half before may begin a wide instruction */
+  hil_remember(region, first, last);
+  for (size_t at = first; at < last; at++) {
     region->ops[at].code = OP_UNDECODED;
     region->ops[at].jump = 0;
   }

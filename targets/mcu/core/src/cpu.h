@@ -126,6 +126,7 @@ struct hil_region {
   uint32_t base, size;
   uint8_t *data;              /* NULL: registers */
   struct hil_op *ops;         /* one for each half-word and one for the end; NULL until something is executed */
+  uint8_t *executed;          /* see coverage.c; NULL: nobody wants to know */
   bool writable;
 };
 
@@ -193,6 +194,9 @@ int hil_store_beside(struct hil_cpu *cpu, uint32_t address, uint32_t value);
 bool hil_master_load(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value);
 bool hil_master_store(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value);
 uint32_t hil_fetch(struct hil_cpu *cpu, const struct hil_region *region, uint32_t address, bool *complete);
+
+/* coverage.c */
+void hil_remember(struct hil_region *region, size_t first, size_t last);
 
 /* watch.c */
 enum hil_skip { SKIP_NOTHING, SKIP_LOOPS, LOOK_ONCE };

@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 from contextlib import ExitStack, closing
 
+import msgspec
 import pytest
 import serial
 
@@ -19,7 +20,10 @@ from hilbench.links import Line, PtyDoor
 from hilbench.systems.vehicle.cases import car_host_settings
 from hilbench.systems.vehicle.provider import AttachedVehicleProvider
 from hilbench.terminal.options import TargetChoice
+from protocols.autoware import AgentOnline, encode_frame, encode_message
+from protocols.autoware.decoding import decoder
 from protocols.carla import BAUD
+from protocols.common.decoding import NoOptions
 from targets.robots.car_host import CarHostSettings
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
 from tests.hilbench.forked import PATIENCE_S
@@ -316,7 +320,8 @@ def test_a_line_that_nobody_serves_is_said(forkable, tmp_path):
 @pytest.mark.real_time("a client at doors in real time, who waits for what is sent once a second")
 def test_it_is_served_at_both_lines(forkable, tmp_path):
     doors = [f"--pty=usart2={tmp_path / 'car'}", f"--pty=usart3={tmp_path / 'stack'}"]
-    with forkable.start("serve", "vehicle-model", *doors) as served:
+    journal = tmp_path / "served.jsonl"
+    with forkable.start("serve", "vehicle-model", *doors, "--journal", journal) as served:
         said = served.hear("stop with Ctrl-C\n").splitlines(keepends=True)
         assert said[0].startswith("serving interface.usart2 at ")
         assert said[1].startswith("serving interface.usart3 at ")
@@ -324,12 +329,20 @@ def test_it_is_served_at_both_lines(forkable, tmp_path):
         with serial.Serial(str(tmp_path / "stack"), BAUD, timeout=PATIENCE_S) as port:
             ping = bytes.fromhex("7E000001008 1C060".replace(" ", ""))
             assert ping in port.read_until(ping)
+            port.write(online := encode_frame(encode_message(AgentOnline())))
+            board = decoder(NoOptions(), "target")
+            while not {item.name for item in board.feed(port.read(1))} - {"AgentPing"}:
+                pass  # the board says more as soon as it has heard that
         served.send_signal(signal.SIGINT)
         assert served.wait() == 0
+    events = [msgspec.json.decode(line) for line in journal.read_text().splitlines()]
+    heard = [event for event in events if event["kind"] == "rx"]
+    assert b"".join(bytes.fromhex(event["data"]) for event in heard) == online
+    assert {(event["source"], event["line"]) for event in heard} == {("board", "usart3")}
 
 
 def test_a_door_for_a_line_that_is_not_there(tmp_path, capsys):
     assert main(["serve", "vehicle-model", "--pty", f"usart1={tmp_path / 'x'}"]) == 2
-    assert "no such USART" in capsys.readouterr().err
+    assert "no such line" in capsys.readouterr().err
     assert main(["serve", "vehicle-model", "--tcp", "0", "--scene", "corridor"]) == 2
     assert "no target of this bench has a world" in capsys.readouterr().err

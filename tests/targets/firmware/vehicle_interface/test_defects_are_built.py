@@ -17,7 +17,7 @@ VEHICLE = Path(firmware.__file__).parent / "vehicle_interface"
 LISTED = re.findall(r"((?:// .*\n)+)#ifndef DEFECT_(\w+)\n#define DEFECT_(\w+) ", (VEHICLE / "defects.h").read_text())
 OPTIONS = (VEHICLE / "vehicle_interface.mk").read_text()
 VARIANTS = [name for name in image_names() if name.startswith("vehicle-")]
-WHOLE = {"vehicle-v0", "vehicle-v1"}
+WHOLE = {"vehicle-v0", "vehicle-v1"} | {f"vehicle-micro-ros{which}" for which in ("", "-v0", "-v1")}
 
 
 def image_of(defect):

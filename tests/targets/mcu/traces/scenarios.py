@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from random import Random
 
+from protocols import xrce
 from protocols.autoware import AckermannControlCommand, AgentOnline, Message, encode_frame, encode_message
 from protocols.carla import StatusFrame, encode_status
 from targets.boards import Board, built_in_board
@@ -181,6 +183,30 @@ def frame_of(message: Message) -> bytes:
     return encode_frame(encode_message(message))
 
 
+def _says(
+    said: xrce.Submessage, *, at_ms: float, number: int | None = None, session_id: int = 0x81
+) -> tuple[Input, ...]:
+    """Return what an agent of DDS-XRCE says, on no stream or as a message of the built-in reliable one."""
+    stream_id = 0 if number is None else 0x80
+    header = xrce.Header(session_id=session_id, stream_id=stream_id, sequence=number or 0)
+    frame = xrce.encode_frame(xrce.encode_message(header, xrce.encode_submessage(said)))
+    return sends("USART3", frame, baud=921_600, at_ns=round(at_ms * MS))
+
+
+def _object_at(place: int) -> int:
+    """Return the id of the object that the vehicle interface creates there (targets/firmware/xrce/objects.c)."""
+    if place < 3:
+        return (0x11, 0x13, 0x14)[place]
+    endpoint, is_end = divmod(place - 3, 2)
+    kinds = (5, 5, 5, 6, 6, 8, 5, 5, 6, 6)  # writers, readers, a replier
+    return endpoint + 2 << 4 | (kinds[endpoint] if is_end else 2)
+
+
+def _control(angle_rad: float) -> bytes:
+    """Return an AckermannControlCommand in CDR."""
+    return struct.pack("<iIiIffiIfff", 0, 0, 0, 0, angle_rad, 0.0, 0, 0, 5.0, 0.0, 0.0)
+
+
 # --- which
 
 _TEXT = b"The quick brown fox jumps over the lazy dog. 0123456789\r\n" + bytes(range(0x80, 0x100))
@@ -198,7 +224,22 @@ _SPANS_MS = {
     "vehicle": 400,
 }
 
-# An agent, ten commands, statuses with a stray byte among them, a press of the joystick.
+# Statuses with a stray byte among them, a press of the joystick.
+_CAR = (
+    *(
+        one
+        for step in range(20)
+        for one in sends(
+            "USART2",
+            b"#" * (step == 12) + encode_status(StatusFrame(lon_speed_m_s=0.25 * step)),
+            baud=921_600,
+            at_ns=(40 + 50 * step) * MS + 500_000,
+        )
+    ),
+    *drives("PF13", (1080 * MS, False), (1100 * MS, None)),
+)
+
+# Likewise, with an agent and ten commands.
 _DRIVE = (
     *sends("USART3", frame_of(AgentOnline()), baud=921_600, at_ns=20 * MS),
     *(
@@ -211,17 +252,37 @@ _DRIVE = (
             at_ns=(30 + 33 * step) * MS,
         )
     ),
+    *_CAR,
+)
+
+# Likewise, with an agent that speaks DDS-XRCE: it has all objects created, and then acknowledges nothing any more.
+_CREATED = [place for place in range(23) if place != 13]  # the sixth endpoint, a service, has no topic
+_MICRO_ROS = (
+    *_says(xrce.Info(request_id=1, object_id=xrce.OBJECT_AGENT, implementation_status=0), at_ms=20, session_id=0x80),
+    *_says(xrce.StatusAgent(status=xrce.Status.OK, agent=xrce.Agent()), at_ms=25),
     *(
         one
-        for step in range(20)
-        for one in sends(
-            "USART2",
-            b"#" * (step == 12) + encode_status(StatusFrame(lon_speed_m_s=0.25 * step)),
-            baud=921_600,
-            at_ns=(40 + 50 * step) * MS + 500_000,
+        for number, place in enumerate(_CREATED)
+        for one in (
+            *_says(xrce.AckNack(first_unacked=number + 1, nack_bitmap=0, stream_id=0x80), at_ms=30 + number),
+            *_says(
+                xrce.StatusReply(request_id=10 + place, object_id=_object_at(place), status=xrce.Status.OK),
+                at_ms=30.5 + number,
+                number=number,
+            ),
         )
     ),
-    *drives("PF13", (1080 * MS, False), (1100 * MS, None)),
+    *_says(xrce.AckNack(first_unacked=len(_CREATED) + 5, nack_bitmap=0, stream_id=0x80), at_ms=56),
+    *(
+        one
+        for step in range(10)
+        for one in _says(
+            xrce.TopicData(request_id=0x104, object_id=0x66, data=_control(0.1 * step)),
+            at_ms=60 + 33 * step,
+            number=len(_CREATED) + step,
+        )
+    ),
+    *_CAR,
 )
 
 _OWN: dict[str, Scenario] = {
@@ -338,6 +399,7 @@ _OWN: dict[str, Scenario] = {
         ),
         *(Scenario(image=f"f767-{name}", span_ns=50 * MS) for name in ("adc", "dma", "i2c")),
         *(Scenario(image=f"vehicle{which}", span_ns=1200 * MS, inputs=_DRIVE) for which in ("", "-v0", "-v1")),
+        Scenario(image="vehicle-micro-ros", span_ns=1200 * MS, inputs=_MICRO_ROS),
         Scenario(image="f767-pins", span_ns=50 * MS),
         Scenario(image="f767-serial", span_ns=50 * MS),
         Scenario(image="f767-timers", span_ns=50 * MS),
@@ -364,8 +426,8 @@ _BY_TABLE = (
     replace(_scenario("selftest-nvic"), timing="table"),
 )
 
-# The rovers do little without a rover around them; of the vehicle interfaces these three say what there is to say.
-_VEHICLES = ("vehicle", "vehicle-v0", "vehicle-v1")
+# The rovers do little without a rover around them; of the vehicle interfaces these say what there is to say.
+_VEHICLES = ("vehicle", "vehicle-v0", "vehicle-v1", "vehicle-micro-ros")
 _IMAGES = [name for name in image_names() if not name.startswith(("rover", "vehicle-")) or name in _VEHICLES]
 
 SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for scenario in (*map(_scenario, _IMAGES), *_BY_TABLE)}

@@ -1,0 +1,364 @@
+"""What a client of DDS-XRCE must do, with the checker as its agent: on the model, firmware, or a board at a port."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from hilbench.bench.protocol_peer import ProtocolPeer
+from hilbench.check import Violation, case
+from hilbench.suites._xrce_client import BEGIN_S, Agent, Heard
+from protocols import xrce
+from protocols.xrce import Status
+
+AGAIN_S = 10.0
+ANSWER_S = 0.2
+HEARTBEAT_S = 1.0
+SENT_AGAIN_S = 0.5
+CREATED_S = 5.0
+WINDOW = 16
+RELIABLE = 0x80
+PARENTS: dict[type[Any], tuple[str, ...]] = {
+    xrce.Topic: ("participant_id",),
+    xrce.Publisher: ("participant_id",),
+    xrce.Subscriber: ("participant_id",),
+    xrce.DataWriter: ("publisher_id",),
+    xrce.DataReader: ("subscriber_id",),
+    xrce.Requester: ("participant_id",),
+    xrce.Replier: ("participant_id",),
+}
+OF_SESSION = (xrce.Create, xrce.WriteData, xrce.ReadData, xrce.Heartbeat, xrce.AckNack)
+
+
+@pytest.fixture
+def agent(peer: ProtocolPeer) -> Agent:
+    """An agent that does all that it should."""
+    return Agent(peer)
+
+
+@case("XC01", bench_time_s=5.0)
+def test_a_client_asks_for_a_session(agent: Agent) -> None:
+    asked = agent.wait(xrce.CreateClient, BEGIN_S, mark=0, what="CREATE_CLIENT")
+    client, header = asked.said.client, asked.header
+    assert client.cookie == xrce.COOKIE
+    assert client.version[0] == xrce.VERSION[0]
+    assert any(client.client_key), "the key is all zeros"
+    assert client.session_id not in (xrce.NO_SESSION, xrce.NO_SESSION_WITH_KEY), "the id is that of no session"
+    assert client.mtu is None or client.mtu >= xrce.LEAST_MTU
+    key = client.client_key if xrce.has_client_key(client.session_id) else None
+    assert header == xrce.Header(session_id=client.session_id & 0x80, client_key=key), f"it came with {header}"
+    before = agent.heard[: agent.heard.index(asked)]
+    others = [one for one in before if one.header.session_id != client.session_id]
+    assert all(isinstance(one.said, xrce.GetInfo) for one in others), "something else comes before it"
+
+
+@case("XC02", bench_time_s=12.0)
+def test_it_asks_until_it_is_answered(agent: Agent) -> None:
+    agent.opens = False
+    asked = agent.wait(xrce.CreateClient, BEGIN_S, mark=0, what="CREATE_CLIENT")
+    mark = agent.mark()
+    agent.serve(AGAIN_S)
+    again = [one.said for one in agent.of(xrce.CreateClient, mark)]
+    assert len(again) >= 2, f"CREATE_CLIENT comes {len(again)} times more in {AGAIN_S:g} s"
+    assert {*again} == {asked.said}, "it is not the same"
+
+
+@case("XC03", bench_time_s=5.0)
+def test_a_refused_client_has_no_session(agent: Agent) -> None:
+    agent.status = Status.DENIED
+    asked = agent.wait(xrce.CreateClient, BEGIN_S, mark=0, what="CREATE_CLIENT")
+    mark = agent.mark()
+    agent.serve(3.0)
+    said = _of_session(agent, mark, asked.said.client.session_id)
+    assert not said, f"{type(said[0].said).__name__} comes in the session that was refused"
+
+
+@case("XC04", bench_time_s=6.0)
+def test_a_slow_agent_is_waited_for(agent: Agent) -> None:
+    agent.opens = False
+    client = agent.wait(xrce.CreateClient, BEGIN_S, mark=0, what="CREATE_CLIENT").said.client
+    agent.serve(1.5)
+    agent.client = client
+    agent.write(agent.header(), xrce.StatusAgent(status=Status.OK, agent=xrce.Agent()))
+    mark = agent.mark()
+    agent.wait(xrce.Create, 3.0, mark=mark, where=_in(client), what="CREATE in the session")
+
+
+@case("XC05", bench_time_s=7.0)
+def test_objects_are_created_parents_first(agent: Agent) -> None:
+    agent.begin(CREATED_S)
+    there: set[int] = set()
+    for one in agent.of(xrce.Create):
+        made = one.said.object
+        kind = xrce.KIND_OF_OBJECT[type(made)]
+        assert xrce.kind_of(one.said.object_id) == kind, f"{type(made).__name__} has the id {one.said.object_id:04x}"
+        for name in PARENTS.get(type(made), ()):
+            parent = getattr(made, name)
+            assert parent in there, f"{type(made).__name__} is created before its {name[:-3]} {parent:04x}"
+        there.add(one.said.object_id)
+    assert any(xrce.kind_of(one) == xrce.ObjectKind.PARTICIPANT for one in there), "no participant is created"
+
+
+@case("XC06", bench_time_s=7.0)
+def test_no_object_twice(agent: Agent) -> None:
+    agent.begin(CREATED_S)
+    asked = [one for one in _messages(agent, 0) if isinstance(one.said, xrce.Create)]
+    plain = [one.said.object_id for one in asked if not (one.said.reuse or one.said.replace)]
+    assert asked, "nothing is created"
+    assert len(plain) == len({*plain}), "an object is created again"
+    requests = [one.said for one in asked]
+    assert len(requests) == len({(said.object_id, said.request_id) for said in requests}), "a request is made again"
+
+
+@case("XC07", bench_time_s=6.0)
+def test_numbers_of_a_reliable_stream(agent: Agent) -> None:
+    agent.begin(4.0)
+    streams: dict[int, list[int]] = {}
+    for one in _reliable(agent, 0):
+        numbers = streams.setdefault(one.header.stream_id, [])
+        if one.header.sequence not in numbers:
+            numbers.append(one.header.sequence)
+    assert streams, "nothing is said on a reliable stream"
+    for stream_id, numbers in streams.items():
+        assert numbers == [*range(len(numbers))], f"stream {stream_id:02x} has the numbers {numbers[:20]}"
+
+
+@case("XC08", bench_time_s=6.0)
+def test_no_more_than_the_window(agent: Agent) -> None:
+    agent.acknowledges = False
+    agent.begin(4.0)
+    for stream_id in {one.header.stream_id for one in _reliable(agent, 0)}:
+        numbers = {one.header.sequence for one in _reliable(agent, 0) if one.header.stream_id == stream_id}
+        assert len(numbers) <= WINDOW, f"{len(numbers)} messages of stream {stream_id:02x} are unacknowledged"
+
+
+@case("XC09", bench_time_s=5.0)
+def test_what_is_not_acknowledged_is_said(agent: Agent) -> None:
+    first, beat = _unacknowledged(agent)
+    last = max(one.header.sequence for one in _reliable(agent, 0) if one.at_ns < beat.at_ns)
+    found = (beat.said.first_unacked, beat.said.last_unacked, beat.said.stream_id)
+    assert found == (0, last, first.header.stream_id), f"HEARTBEAT says {found}"
+
+
+@case("XC10", bench_time_s=5.0)
+def test_what_is_missing_is_sent_again(agent: Agent) -> None:
+    first, _ = _unacknowledged(agent)
+    missing = xrce.AckNack(first_unacked=0, nack_bitmap=1, stream_id=first.header.stream_id)
+    mark = agent.mark()
+    agent.write(agent.header(), missing)
+    again = agent.wait(
+        type(first.said), SENT_AGAIN_S, mark=mark, where=lambda one: one.header == first.header, what="message 0 again"
+    )
+    assert again.said == first.said, "it says something else"
+
+
+@case("XC11", bench_time_s=7.0)
+def test_what_is_acknowledged_is_done_with(agent: Agent) -> None:
+    agent.begin(5.0)
+    seen = [(one.header.stream_id, one.header.sequence) for one in _reliable(agent, 0)]
+    assert seen, "nothing is said on a reliable stream"
+    agent.peer.require_punctual(0, 0.05, "what was said again may have been said before it was acknowledged")
+    again = sorted({one for one in seen if seen.count(one) > 1})
+    assert not again, f"messages {again[:5]} come again"
+    beats = [one.said for one in agent.of(xrce.Heartbeat)]
+    assert not beats, f"HEARTBEAT of {beats[0].first_unacked} to {beats[0].last_unacked}, which were acknowledged"
+
+
+@case("XC12", bench_time_s=4.0)
+def test_a_heartbeat_is_answered(agent: Agent) -> None:
+    agent.begin()
+    number = agent.next_number()
+    said = _beat(agent, xrce.Heartbeat(first_unacked=number, last_unacked=number + 2, stream_id=RELIABLE))
+    assert (said.first_unacked, said.nack_bitmap) == (number, 0b111)
+
+
+@case("XC13", bench_time_s=4.0)
+def test_what_comes_too_early_waits(agent: Agent) -> None:
+    agent.begin()
+    number = agent.next_number()
+    said = _acknowledged(agent, number + 1)
+    assert said.first_unacked == number
+    assert said.nack_bitmap & 0b11 == 0b01, f"the bitmap is {said.nack_bitmap:04x}"
+    said = _acknowledged(agent, number)
+    assert (said.first_unacked, said.nack_bitmap) == (number + 2, 0)
+
+
+@case("XC14", bench_time_s=4.0)
+def test_what_comes_twice_is_acknowledged_twice(agent: Agent) -> None:
+    agent.begin()
+    number = agent.next_number()
+    for _ in range(2):
+        said = _acknowledged(agent, number)
+        assert (said.first_unacked, said.nack_bitmap) == (number + 1, 0)
+
+
+@case("XC15", bench_time_s=4.0)
+def test_either_byte_order(agent: Agent) -> None:
+    agent.begin()
+    number = agent.next_number()
+    data = xrce.encode_submessage(
+        xrce.Heartbeat(first_unacked=number, last_unacked=number + 1, stream_id=RELIABLE), little_endian=False
+    )
+    said = _beat(agent, xrce.RawSubmessage(id=data[0], flags=data[1], payload=data[4:]))
+    assert (said.first_unacked, said.nack_bitmap) == (number, 0b11)
+
+
+@case("XC16", bench_time_s=9.0)
+def test_damage_is_not_obeyed(agent: Agent) -> None:
+    agent.opens = False
+    client = agent.wait(xrce.CreateClient, BEGIN_S, mark=0, what="CREATE_CLIENT").said.client
+    agent.client = client
+    answer = xrce.encode_submessage(xrce.StatusAgent(status=Status.OK, agent=xrce.Agent()))
+    sound = xrce.encode_frame(xrce.encode_message(agent.header(), answer))
+    mark = agent.mark()
+    agent.peer.write(sound[:-1] + bytes((sound[-1] ^ 1,)))
+    agent.client = None
+    agent.serve(2.5)
+    said = _of_session(agent, mark, client.session_id)
+    assert not said, f"{type(said[0].said).__name__} comes in a session that has not begun"
+    agent.opens = True
+    agent.begin()
+    number = agent.next_number()
+    for damage in (b"\x00\xff\x12noise", sound[: len(sound) // 2]):
+        agent.peer.write(damage)
+        _beat(agent, xrce.Heartbeat(first_unacked=number, last_unacked=number, stream_id=RELIABLE))
+
+
+@case("XC17", bench_time_s=4.0)
+def test_another_session_is_not_its_own(agent: Agent) -> None:
+    client = agent.begin()
+    number = agent.next_number()
+    beat = xrce.Heartbeat(first_unacked=number, last_unacked=number + 2, stream_id=RELIABLE)
+    mark = agent.mark()
+    agent.write(replace(agent.header(), session_id=client.session_id ^ 0x02), beat)
+    agent.serve(0.5)
+    answers = [one for one in agent.of(xrce.AckNack, mark) if one.said.nack_bitmap]
+    assert not answers, "HEARTBEAT of another session is answered"
+    said = _beat(agent, beat)
+    assert said.nack_bitmap == 0b111
+
+
+@case("XC18", bench_time_s=16.0)
+def test_an_agent_that_was_restarted_is_found(agent: Agent) -> None:
+    _begins_anew(agent, away_s=0.0)
+
+
+@case("XC19", bench_time_s=26.0)
+def test_an_agent_that_was_away_is_found(agent: Agent) -> None:
+    _begins_anew(agent, away_s=10.0)
+
+
+@case("XC20", bench_time_s=16.0)
+def test_what_a_client_had_can_be_freed(agent: Agent) -> None:
+    first = agent.begin()
+    mark = agent.mark()
+    agent.restart()
+    again = agent.wait(xrce.CreateClient, AGAIN_S, mark=mark, what="CREATE_CLIENT").said.client
+    assert again.client_key == first.client_key, "another key, so that what it had before stays"
+
+
+@case("XC21", bench_time_s=7.0)
+def test_two_agents_at_a_line(agent: Agent) -> None:
+    agent.copies = 2
+    agent.begin(4.0)
+    begun = list(agent.of(xrce.CreateClient))
+    assert len(begun) == 1, f"a session is asked for {len(begun)} times"
+    numbers = [one.header.sequence for one in _reliable(agent, 0) if one.header.stream_id == RELIABLE]
+    assert sorted({*numbers}) == [*range(len({*numbers}))], f"the numbers are {numbers[:20]}"
+    made = [one.said.object_id for one in _messages(agent, 0) if isinstance(one.said, xrce.Create)]
+    assert made, "nothing is created"
+    assert len(made) == len({*made}), "an object is created again"
+
+
+# --- what several cases do
+
+
+def _in(client: xrce.Client) -> Any:
+    return lambda one: one.header.session_id == client.session_id
+
+
+def _of_session(agent: Agent, mark: int, session_id: int) -> list[Heard[Any]]:
+    """What belongs to a session and came in it."""
+    return [one for one in agent.in_session(mark, session_id) if isinstance(one.said, OF_SESSION)]
+
+
+def _reliable(agent: Agent, mark: int) -> list[Heard[Any]]:
+    """What came on reliable streams of the session that was begun last."""
+    since = next((at for at in range(agent.mark() - 1, -1, -1) if _begins(agent.heard[at])), 0)
+    return [one for one in agent.heard[max(mark, since) :] if xrce.is_reliable(one.header.stream_id)]
+
+
+def _begins(one: Heard[Any]) -> bool:
+    return isinstance(one.said, xrce.CreateClient)
+
+
+def _messages(agent: Agent, mark: int) -> list[Heard[Any]]:
+    """The same, each message once."""
+    seen: set[tuple[int, int]] = set()
+    found = []
+    for one in _reliable(agent, mark):
+        place = (one.header.stream_id, one.header.sequence)
+        if place not in seen:
+            found.append(one)
+        seen.add(place)
+    return found
+
+
+def _unacknowledged(agent: Agent) -> tuple[Heard[Any], Heard[xrce.Heartbeat]]:
+    """Begin a session and acknowledge nothing; the first message of a reliable stream, and the HEARTBEAT behind it."""
+    agent.acknowledges = False
+    agent.wait(xrce.CreateClient, BEGIN_S, what="CREATE_CLIENT")
+    mark = agent.mark()
+    first: Heard[Any] = agent.wait(
+        object, CREATED_S, mark=mark, where=lambda one: xrce.is_reliable(one.header.stream_id), what="reliable message"
+    )
+    stream_id = first.header.stream_id
+    beat = agent.wait(
+        xrce.Heartbeat, HEARTBEAT_S, mark=mark, where=lambda one: one.said.stream_id == stream_id, what="HEARTBEAT"
+    )
+    return first, beat
+
+
+def _beat(agent: Agent, said: Any) -> xrce.AckNack:
+    """Say HEARTBEAT; the answer."""
+    mark = agent.mark()
+    agent.write(agent.header(), said)
+    return _acknack(agent, mark)
+
+
+def _acknowledged(agent: Agent, number: int) -> xrce.AckNack:
+    """Send a message of the reliable stream, the answer to a request that nobody has made; what is acknowledged."""
+    mark = agent.mark()
+    said = xrce.StatusReply(request_id=0xFFF0, object_id=0xFF11, status=Status.OK)
+    agent.write(agent.header(RELIABLE, number), said)
+    return _acknack(agent, mark)
+
+
+def _acknack(agent: Agent, mark: int) -> xrce.AckNack:
+    found = agent.wait(
+        xrce.AckNack, ANSWER_S, mark=mark, where=lambda one: one.said.stream_id == RELIABLE, what="ACKNACK"
+    )
+    return found.said
+
+
+def _begins_anew(agent: Agent, *, away_s: float) -> None:
+    """Have the agent forget all; require that everything begins anew."""
+    agent.begin(3.0)
+    before = {one.said.object_id for one in agent.of(xrce.Create)}
+    agent.restart()
+    agent.away = True
+    agent.serve(away_s)
+    agent.away = False
+    mark = agent.mark()
+    agent.wait(xrce.CreateClient, AGAIN_S, mark=mark, what="CREATE_CLIENT to the new agent")
+    agent.serve(3.0)
+    again = {one.said.object_id for one in _messages(agent, mark) if isinstance(one.said, xrce.Create)}
+    if again != before:
+        raise Violation(f"created are {_ids(again)}, and were {_ids(before)}")
+    assert min(one.header.sequence for one in _reliable(agent, mark)) == 0, "the stream does not begin at 0"
+
+
+def _ids(objects: set[int]) -> str:
+    return " ".join(f"{one:04x}" for one in sorted(objects)) or "none"
