@@ -59,7 +59,7 @@ class DemoDashboard(Dashboard, inherit_bindings=False):
 
     CSS = """
     Caption { height: 5; border: heavy $accent; border-title-color: $accent; border-title-style: bold; padding: 0 1; }
-    KeyLine, Guide { display: none; }
+    KeyLine { display: none; }
     """
     ENABLE_COMMAND_PALETTE = False
     BINDINGS = [
@@ -102,8 +102,14 @@ class DemoDashboard(Dashboard, inherit_bindings=False):
             if self.playing.go_on(self._seen()):
                 self.begin(self.playing.scene)
             else:
-                self.leave(ExitCode.INCONCLUSIVE if self.playing.broken else ExitCode.OK)
+                self.action_end()
         self._caption()
+
+    def show(self) -> None:
+        """See `Watching`; what says elsewhere which keys to press is hidden, for here they do nothing."""
+        super().show()
+        for guide in self.query("#guide"):
+            guide.display = False
 
     def available(self) -> list[str]:
         """Return the panes of the scene that have something to show."""
@@ -185,7 +191,7 @@ class DemoDashboard(Dashboard, inherit_bindings=False):
 
     def action_end(self) -> None:
         """End the demo."""
-        self.leave(ExitCode.OK)
+        self.leave(ExitCode.INCONCLUSIVE if self.playing.broken else ExitCode.OK)
 
     def action_interrupt(self) -> None:
         """End the demo, as Ctrl-C ends every command."""

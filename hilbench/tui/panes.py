@@ -32,7 +32,7 @@ from hilbench.tui.views.words import fit
 __all__ = ["LOOKED_AT", "PANES", "Guide", "Head", "Pane", "PaneSpec", "PlotsPane", "RowsPane", "Strip"]
 
 _FEW_STATES = 3
-LOOKED_AT = 300
+LOOKED_AT = 150
 """So many of the latest frames are folded into rows: of a full line more would take too long (choice)."""
 _ROWS_OF_A_NOTCH = 3
 """How far a notch of the wheel points (choice)."""

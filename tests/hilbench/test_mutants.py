@@ -362,7 +362,9 @@ def looked_for(
 @pytest.mark.parametrize("suite", SUITES)
 def test_each_clause_finds_a_mutant(suite: str) -> None:
     clause_ids = [clause.id for clause in CLAUSES if clause.suite == suite]
-    verdicts = looked_for(suite, one_for_each(clause_ids, found_in(suite)), until_found=True)
+    # Of a robot a case that finds nothing takes longer than the others that find it at once.
+    one_by_one = suite != "p2os-server"
+    verdicts = looked_for(suite, one_for_each(clause_ids, found_in(suite)), until_found=one_by_one)
     assert verdicts.not_found == {}
     assert verdicts.found_by == {*clause_ids}
 

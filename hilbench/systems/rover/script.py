@@ -24,7 +24,7 @@ _PULLED_S = 60.0
 _PLUG_PULLED = ({"do": "clear-faults"}, {"do": "inject", "kind": "disconnect", "duration_s": _PULLED_S})
 _NOISE = {"do": "inject", "kind": "noise", "probability": 0.02, "count": 2}
 _AFTER = """
-What you saw, to try yourself:
+Try it yourself:
   hilbench rover                              drive it: w a s d
   hilbench check rover -k 'P24D and documented'
   hilbench run bluepill:firmware.elf --for 10s --follow         your firmware, without a board

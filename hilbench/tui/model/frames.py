@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -110,12 +110,10 @@ class FrameModel:
         """Which message it is: on which line, whether our end sent it, and its name."""
         return self.line, self.sent, self.item.name
 
-    def answers(self, other: FrameModel) -> bool:
-        """Return whether it answers another frame."""
-        protocol = self._end.protocol
-        if protocol is None or self.line != other.line or self.sent == other.sent:
-            return False
-        return self.item.name in protocol.answers.get(other.item.name, ())
+    @property
+    def answers(self) -> Collection[str]:
+        """The names of the requests that it answers."""
+        return self._end.requests.get(self.item.name, ())
 
     @property
     def asks(self) -> bool:
@@ -177,6 +175,7 @@ class _End:
     protocol: ProtocolPlugin | None = None
     options: Any = None
     quantities: Mapping[str, Quantity] = field(default_factory=dict)
+    requests: Mapping[str, Collection[str]] = field(default_factory=dict)
     line: str = ""
     side: str = "host"
     far: bool = False
@@ -393,8 +392,17 @@ def _ends(live: Event) -> dict[str, _End]:
             far = bool(about.get("far", False))
             found[who] = _End(
                 name=name, source=who, protocol=protocol, options=options, quantities=_quantities(protocol, live),
-                line=line, side=side, far=far,
+                requests=_requests(protocol), line=line, side=side, far=far,
             )  # fmt: skip
+    return found
+
+
+def _requests(protocol: ProtocolPlugin | None) -> Mapping[str, Collection[str]]:
+    """Return by the name of an answer which requests it answers."""
+    found: dict[str, list[str]] = {}
+    for request, answers in {} if protocol is None else protocol.answers.items():
+        for answer in answers:
+            found.setdefault(answer, []).append(request)
     return found
 
 

@@ -41,6 +41,7 @@ class Playing:
     Attributes:
         number: of the scene, from 0.
         paused: whether time stands still for the demo.
+        skipped: the scene ends as soon as what it waits for is there.
         broken: what scenes claimed and what was not so, one line each.
     """
 
@@ -50,7 +51,7 @@ class Playing:
         self.paused = False
         self.broken: list[str] = []
         self._played_s = 0.0
-        self._skipped = False
+        self.skipped = False
         self._began_ns = 0
         self._asked_ns = 0
 
@@ -71,7 +72,7 @@ class Playing:
 
     def skip(self) -> None:
         """End the scene as soon as what it waits for is there."""
-        self._skipped = True
+        self.skipped = True
         self.paused = False
 
     def play(self, by_s: float, seen: Seen) -> bool:
@@ -87,7 +88,7 @@ class Playing:
         waits = (self.scene.bench is not None and not seen.live) or (self.scene.check is not None and not seen.checked)
         bench_s = (seen.ns - self._began_ns) / _NS_PER_S
         played = self._played_s >= self.scene.lasts_s and bench_s >= self.scene.bench_s
-        return not waits and (played or self._skipped)
+        return not waits and (played or self.skipped)
 
     def go_on(self, seen: Seen) -> bool:
         """End the scene: see whether what it claims is so, and begin the next one; False if there is none."""
@@ -96,7 +97,7 @@ class Playing:
             return False
         self.number += 1
         self._played_s = 0.0
-        self._skipped = False
+        self.skipped = False
         self._began_ns = 0 if self.scene.bench is not None else seen.ns
         if self.scene.asks or self.scene.bench is not None:
             self._asked_ns = self._began_ns
@@ -109,7 +110,7 @@ class Playing:
                 found = seen.verdicts.get(clause, "not run")
                 if found != verdict:
                     wrong.append(f"the verdict of {clause} is '{found}', expected '{verdict}'")
-        for name, (low, high) in () if self._skipped else self.scene.claims.items():
+        for name, (low, high) in () if self.skipped else self.scene.claims.items():
             values = seen.figures.get(name, ())
             if not values or not all(low <= abs(value) <= high for value in values):
                 shown = ", ".join(f"{value:.3g}" for value in values) or "not known"

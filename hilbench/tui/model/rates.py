@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_right
 from collections import deque
 
 __all__ = ["Counted"]
@@ -32,9 +34,9 @@ class Counted:
     def per_s(self, now_ns: int) -> float:
         """Return how much it has grown by in a second, lately."""
         start_ns = now_ns - _WINDOW_NS
-        begin = next((point for point in reversed(self._points) if point[0] <= start_ns), None)
-        if begin is not None:
-            return (self.value - begin[1]) * NS_PER_S / _WINDOW_NS
+        at = bisect_right(self._points, (start_ns, math.inf))
+        if at:
+            return (self.value - self._points[at - 1][1]) * NS_PER_S / _WINDOW_NS
         if not self._points or now_ns <= self._points[0][0]:
             return 0.0
         first_ns, first = self._points[0]

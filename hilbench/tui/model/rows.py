@@ -67,25 +67,36 @@ def rows_of(frames: Sequence[FrameModel], *, fold: bool = True) -> list[FrameRow
 def _joined(frames: Iterable[FrameModel]) -> list[FrameRow]:
     """Return a row for each frame, but none for a request that is answered: it stands in the row of its answer.
 
-    An answer is that to the latest request: the ones before were lost.
+    An answer is that to the request with most of the same fields, such as a number; where they have none in common, to
+    the latest: the ones before were lost.
     """
     rows: list[FrameRow] = []
-    open_rows: list[FrameRow] = []
+    asked: dict[tuple[str, bool, str], list[FrameModel]] = {}
+    answered: set[int] = set()
     before: FrameModel | None = None
     for frame in frames:
-        open_rows = [row for row in open_rows if frame.ns - row.frame.ns <= _ANSWERED_WITHIN_NS]
-        asked = next((row for row in reversed(open_rows) if frame.answers(row.frame)), None)
-        since_ns = None if before is None else frame.ns - before.ns
-        row = FrameRow(frame, None, since_ns, [frame])
-        if asked is not None:
-            open_rows = [row for row in open_rows if row.frame.message != asked.frame.message]
-            rows.remove(asked)
-            row.request, row.frames = asked.frame, [asked.frame, frame]
+        row = FrameRow(frame, None, None if before is None else frame.ns - before.ns, [frame])
+        waiting = (asked.get((frame.line, not frame.sent, name), []) for name in frame.answers)
+        request = next((_taken(requests, frame) for requests in waiting if requests), None)
+        if request is not None and frame.ns - request.ns <= _ANSWERED_WITHIN_NS:
+            answered.add(request.number)
+            row.request, row.frames = request, [request, frame]
         if frame.asks:
-            open_rows.append(row)
+            asked.setdefault(frame.message, []).append(frame)
         rows.append(row)
         before = frame
-    return rows
+    return [row for row in rows if row.number not in answered]
+
+
+def _taken(requests: list[FrameModel], answer: FrameModel) -> FrameModel:
+    """Take out of the open requests the one that is answered, and those that will not be."""
+    said = answer.item.fields.items()
+    found = ((sum(one in said for one in request.item.fields.items()), at) for at, request in enumerate(requests))
+    alike, at = max(found)
+    request = requests.pop(at)
+    if not alike:
+        requests.clear()
+    return request
 
 
 def _name(frame: FrameModel | None) -> str:

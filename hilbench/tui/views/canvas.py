@@ -45,6 +45,16 @@ class Canvas:
         for step in range(0, steps + 1, every):
             self.dot(x0 + (x1 - x0) * step / steps, y0 + (y1 - y0) * step / steps, style)
 
+    def column(self, x: int, begin: float, end: float, style: str = "") -> None:
+        """Set the dots of a column between two heights."""
+        top, bottom = max(0, int(min(begin, end))), min(self.height - 1, int(max(begin, end)))
+        if 0 <= x < self.width:
+            for row in range(top // 4, bottom // 4 + 1):
+                cell = row * self.columns + x // 2
+                for dot in range(max(0, top - 4 * row), min(3, bottom - 4 * row) + 1):
+                    self._bits[cell] |= _DOTS[dot][x % 2]
+                self._styles[cell] = style or self._styles[cell]
+
     def letter(self, x: float, y: float, letter: str, style: str = "") -> None:
         """Put a letter into the cell of a place, over its dots."""
         column, row = int(x // 2), int(y // 4)

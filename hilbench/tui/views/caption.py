@@ -51,5 +51,6 @@ def caption_keys(playing: Playing) -> str:
     """Return the keys, which scene it is, and how long the demo takes from here."""
     minutes, seconds = divmod(round(playing.left_s), 60)
     state = "PAUSED" if playing.paused else f"{minutes}:{seconds:02d} left"
-    keys = f"space {'Continue' if playing.paused else 'Pause'}  n Next  q Quit"
+    skip = "wait for the end" if playing.skipped else "n Next"
+    keys = f"space {'Continue' if playing.paused else 'Pause'}  {skip}  q Quit"
     return f"{keys}   {playing.number + 1}/{len(playing.demo.scenes)}  {state}"

@@ -134,7 +134,8 @@ def _row(region: Region, frame: FrameModel, style: str, width: int) -> Text:
     span = f"{region.start}" if len(region.data) == 1 else f"{region.start}-{region.start + len(region.data) - 1}"
     said = "" if found is None else f" = {value_text(found.value)}"
     if found is not None and found.quantity.unit:
-        said += f" is {found.text} {found.quantity.unit}"
+        said += f" is {found.text}" if found.quantity.scale != 1 else ""
+        said += f" {found.quantity.unit}"
     return fit(Text.assemble((f"{span:>7}  ", DIM), (f"{region.name:<19}", style), f" {shown:<27}", said), width)
 
 

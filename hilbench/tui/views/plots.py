@@ -73,7 +73,7 @@ def _lane(name: str, signal: Signal, width: int, rows: int, now_ns: int, span_s:
     for values, style in zip(inside, styles, strict=True):
         head.append(f"{figure(values[-1]) if values else '-'} ", f"bold {style}")
     head.append(f"{signal.unit}   {figure(min(shown))} to {figure(max(shown))}", DIM)
-    scale = bottom, top = _scale(min(shown), max(shown), signal.unit)
+    scale = bottom, top = _scale(min(shown), max(shown), signal.unit, filled=len(parts) == 1)
     canvas = Canvas(max(1, width - _GUTTER), rows - 1)
     for points, style in zip(parts, styles, strict=True):
         pieces = list(_pieces(canvas, points, begin_ns, now_ns, scale))
@@ -115,20 +115,20 @@ def _fill(canvas: Canvas, pieces: Sequence[tuple[Place, Place]], floor: float, s
     """Fill what lies between lines and the value 0, or the end of the scale that is nearest to it."""
     for (x0, y0), (x1, y1) in pieces:
         for x in range(max(0, math.ceil(x0)), math.floor(x1) + 1):
-            canvas.line((x, y0 + (y1 - y0) * (x - x0) / max(1.0, x1 - x0)), (x, floor), style)
+            canvas.column(x, y0 + (y1 - y0) * (x - x0) / max(1.0, x1 - x0), floor, style)
 
 
-def _scale(low: float, high: float, unit: str) -> tuple[float, float]:
+def _scale(low: float, high: float, unit: str, *, filled: bool) -> tuple[float, float]:
     """Return the ends of the scale.
 
     A share goes from 0 to all of it, either way if need be. Anything else has round figures around its values, with 0
-    where that is near; the scale is never so narrow that noise fills it.
+    where that is near or what is filled reaches to it; the scale is never so narrow that noise fills it.
     """
     if unit == "%" and low >= -_ALL and high <= _ALL:
         return (0.0 if low >= 0 else -_ALL), _ALL
-    if low > 0 and low < _NEAR_0 * high:
+    if low > 0 and (filled or low < _NEAR_0 * high):
         low = 0.0
-    if high < 0 and high > _NEAR_0 * low:
+    if high < 0 and (filled or high > _NEAR_0 * low):
         high = 0.0
     least = max(abs(low), abs(high)) * _LEAST_SHARE or 1.0
     if high - low < least:

@@ -53,12 +53,19 @@ static uint32_t places_of(const struct xrce_config *config) { return XRCE_OBJECT
 
 static bool in_session(const struct xrce_client *client) { return client->state >= XRCE_CREATING; }
 
-static void enter(struct xrce_client *client, enum xrce_state state, uint32_t now)
+static void enter(struct xrce_client *client, enum xrce_state state, uint32_t due)
 {
     client->state = state;
-    client->due = now;
+    client->due = due;
     if (client->config->changed)
         client->config->changed(client->config->context, state);
+}
+
+// The agent is there. It is asked for the session once it has been silent.
+static void note_heard(struct xrce_client *client, uint32_t now)
+{
+    client->heard = now;
+    client->due = now + client->config->times.quiet;
 }
 
 // --- What goes
@@ -228,7 +235,7 @@ static void go_on(struct xrce_client *client, uint32_t now)
         if (config->endpoints[endpoint].kind != XRCE_WRITES && !read(client, endpoint, now))
             return;
     }
-    enter(client, XRCE_OPEN, now);
+    enter(client, XRCE_OPEN, now + config->times.quiet);
 }
 
 bool xrce_write(struct xrce_client *client, uint32_t endpoint, const uint8_t *sample, uint32_t count, uint32_t now)
@@ -266,6 +273,7 @@ static void begin_streams(struct xrce_client *client)
     xrce_input_begin(&client->input);
     client->best_effort_out = 0;
     client->best_effort_in = 0xFFFF;
+    client->owes_acknack = false;
     client->whole_count = 0;
     client->whole_bad = false;
 }
@@ -273,30 +281,42 @@ static void begin_streams(struct xrce_client *client)
 static void begin_session(struct xrce_client *client, uint32_t now)
 {
     begin_streams(client);
-    client->heard = client->begun = now;
     client->asked = client->confirmed = client->next_place = 0;
-    enter(client, XRCE_CREATING, now);
-    client->due = now + client->config->times.quiet;
+    client->heard = client->progressed = now;
+    enter(client, XRCE_CREATING, now + client->config->times.quiet);
     go_on(client, now);
 }
 
-// An object that cannot be created ends the session, so that it is tried again from the begin.
+// Whether an answer is about an object that was asked for.
+static bool is_of_create(const struct xrce_client *client, uint32_t place, uint16_t id)
+{
+    return client->state == XRCE_CREATING && place < places_of(client->config) && client->asked >> place & 1 &&
+           id == xrce_object_id(client->config->endpoints, place);
+}
+
+static bool is_of_read(const struct xrce_client *client, uint32_t endpoint, uint16_t id)
+{
+    const struct xrce_config *config = client->config;
+    return endpoint < config->endpoint_count && config->endpoints[endpoint].kind != XRCE_WRITES &&
+           id == xrce_endpoint_id(config->endpoints, endpoint);
+}
+
+// An object that cannot be created, or not be read, ends the session, so that it is tried again from the begin.
 static void take_status(struct xrce_client *client, struct cdr_reader *in, uint32_t now)
 {
-    uint32_t place = cdr_get_id(in) - FIRST_REQUEST;
-    uint16_t id = cdr_get_id(in);
-    uint8_t status = cdr_get_u8(in);
-    if (in->bad || client->state != XRCE_CREATING || place >= places_of(client->config))
+    uint16_t request = cdr_get_id(in), id = cdr_get_id(in);
+    bool refused = cdr_get_u8(in) >= ERRORS_FROM;
+    uint32_t place = request - FIRST_REQUEST, endpoint = request - READ_REQUEST;
+    bool of_create = is_of_create(client, place, id);
+    if (in->bad || !(of_create || is_of_read(client, endpoint, id)))
         return;
-    if (!(client->asked >> place & 1) || id != xrce_object_id(client->config->endpoints, place))
-        return;
-    if (status >= ERRORS_FROM) {
+    if (refused) {
         send_delete_client(client);
-        seek(client, now);
-        client->due = now + client->config->times.retry;
-        return;
+        enter(client, XRCE_SEEKING, now + client->config->times.retry);
+    } else if (of_create && !(client->confirmed >> place & 1)) {
+        client->confirmed |= 1u << place;
+        client->progressed = now;
     }
-    client->confirmed |= 1u << place;
 }
 
 static void take_status_agent(struct xrce_client *client, struct cdr_reader *in, uint32_t now)
@@ -318,14 +338,18 @@ static void take_info(struct xrce_client *client, uint8_t session, struct cdr_re
     if (client->state == XRCE_SEEKING)
         ask(client, now);
     else if (in_session(client) && session == client->config->session_id && known)
-        client->heard = now;
+        note_heard(client, now);
     else if (in_session(client) && session == client->config->session_id)
         ask(client, now);
 }
 
 // --- What comes
 
-static void take_body(struct xrce_client *client, uint8_t session, const uint8_t *body, uint32_t count, bool whole, uint32_t now);
+// Pieces are put together on the reliable stream alone: on another one they would come between.
+enum pieces { NO_PIECES, PIECES };
+
+static void take_body(struct xrce_client *client, uint8_t session, const uint8_t *body, uint32_t count, enum pieces pieces,
+                      uint32_t now);
 
 static void take_data(struct xrce_client *client, struct cdr_reader *in)
 {
@@ -358,7 +382,7 @@ static void take_heartbeat(struct xrce_client *client, struct cdr_reader *in)
         return;
     if (xrce_input_announced(&client->input, first, last))
         client->whole_count = client->whole_bad = 0;
-    send_acknack(client);
+    client->owes_acknack = true;
 }
 
 // Submessages in pieces (8.3.5.14); what is longer than there is room for is passed over up to its last piece.
@@ -372,11 +396,11 @@ static void take_fragment(struct xrce_client *client, uint8_t session, struct cd
     uint32_t count = client->whole_bad ? 0 : client->whole_count;
     client->whole_count = 0;
     client->whole_bad = false;
-    take_body(client, session, client->whole, count, true, now);
+    take_body(client, session, client->whole, count, NO_PIECES, now);
 }
 
 static void take_submessage(struct xrce_client *client, uint8_t session, uint8_t id, uint8_t flags, struct cdr_reader *in,
-                            bool whole, uint32_t now)
+                            enum pieces pieces, uint32_t now)
 {
     in->big_endian = !(flags & LITTLE_ENDIAN_FLAG);
     if (id == STATUS_AGENT) {
@@ -393,7 +417,7 @@ static void take_submessage(struct xrce_client *client, uint8_t session, uint8_t
         take_acknack(client, in, now);
     } else if (id == HEARTBEAT) {
         take_heartbeat(client, in);
-    } else if (id == FRAGMENT && !whole) {
+    } else if (id == FRAGMENT && pieces == PIECES) {
         take_fragment(client, session, in, flags & LAST_FLAG, now);
     } else if (id == RESET) {
         ask(client, now); // what was on its way is lost, objects among it
@@ -402,7 +426,8 @@ static void take_submessage(struct xrce_client *client, uint8_t session, uint8_t
 
 // Each submessage begins at a multiple of 4 (8.3.4); DATA of length 0 is all the rest, as the agent sends what is longer than
 // the length can say.
-static void take_body(struct xrce_client *client, uint8_t session, const uint8_t *body, uint32_t count, bool whole, uint32_t now)
+static void take_body(struct xrce_client *client, uint8_t session, const uint8_t *body, uint32_t count, enum pieces pieces,
+                      uint32_t now)
 {
     for (uint32_t at = 0; at + HEADER <= count;) {
         uint8_t id = body[at], flags = body[at + 1];
@@ -413,19 +438,26 @@ static void take_body(struct xrce_client *client, uint8_t session, const uint8_t
         if (at + length > count)
             return;
         struct cdr_reader in = {.begin = body + at, .count = length};
-        take_submessage(client, session, id, flags, &in, whole, now);
+        take_submessage(client, session, id, flags, &in, pieces, now);
         at += (length + 3) / 4 * 4;
     }
 }
 
-static void take_reliable(struct xrce_client *client, uint16_t number, const uint8_t *body, uint32_t count, uint32_t now)
+static void take_reliable(struct xrce_client *client, uint16_t number, const uint8_t *body, uint32_t count)
 {
     xrce_input_take(&client->input, number, body, count);
+    client->owes_acknack = true;
+}
+
+// What is next in order, because it came, or because a HEARTBEAT says that what is missing before it will not come.
+static void take_in_order(struct xrce_client *client, uint32_t now)
+{
     const struct xrce_body *next;
     while (in_session(client) && (next = xrce_input_next(&client->input)))
-        take_body(client, client->config->session_id, next->bytes, next->count, false, now);
-    if (in_session(client))
+        take_body(client, client->config->session_id, next->bytes, next->count, PIECES, now);
+    if (in_session(client) && client->owes_acknack)
         send_acknack(client);
+    client->owes_acknack = false;
 }
 
 static bool is_newer(uint16_t number, uint16_t than) { return (int16_t)(uint16_t)(number - than) > 0; }
@@ -443,18 +475,18 @@ static void take_message(struct xrce_client *client, const uint8_t *message, uin
     bool ours = in_session(client) && session == client->config->session_id;
     if (stream == NO_STREAM) {
         if (ours && count && body[0] != INFO) // which says itself whether there is a session
-            client->heard = now;
-        take_body(client, session, body, count, false, now);
+            note_heard(client, now);
+        take_body(client, session, body, count, NO_PIECES, now);
     } else if (!ours) {
         return;
     } else if (stream >= RELIABLE) {
-        client->heard = now;
+        note_heard(client, now);
         if (stream == RELIABLE)
-            take_reliable(client, number, body, count, now);
+            take_reliable(client, number, body, count);
     } else if (stream == BEST_EFFORT && is_newer(number, client->best_effort_in)) {
-        client->heard = now;
+        note_heard(client, now);
         client->best_effort_in = number;
-        take_body(client, session, body, count, false, now);
+        take_body(client, session, body, count, NO_PIECES, now);
     }
 }
 
@@ -465,17 +497,21 @@ void xrce_receive(struct xrce_client *client, uint8_t byte, uint32_t now)
     if (!count)
         return;
     take_message(client, payload, count, now);
+    take_in_order(client, now);
     go_on(client, now);
 }
 
 // --- Time
 
-void xrce_begin(struct xrce_client *client, const struct xrce_config *config, uint32_t now)
+bool xrce_begin(struct xrce_client *client, const struct xrce_config *config, uint32_t now)
 {
+    if (config->endpoint_count > XRCE_MOST_ENDPOINTS)
+        return false;
     client->config = config;
     client->reader.in_frame = 0;
     begin_streams(client);
     seek(client, now);
+    return true;
 }
 
 void xrce_end(struct xrce_client *client, uint32_t now)
@@ -491,7 +527,7 @@ static bool is_lost(const struct xrce_client *client, uint32_t now)
     uint32_t most = client->config->times.lost;
     if (now - client->heard >= most || (client->output.count && now - client->output.since >= most))
         return true;
-    return client->state == XRCE_CREATING && now - client->begun >= most;
+    return client->state == XRCE_CREATING && now - client->progressed >= most;
 }
 
 static void watch(struct xrce_client *client, uint32_t now)
@@ -503,7 +539,7 @@ static void watch(struct xrce_client *client, uint32_t now)
     }
     if (xrce_output_beat(&client->output, now))
         send_heartbeat(client);
-    if (now - client->heard >= times->quiet && due(client->due, now)) {
+    if (due(client->due, now)) {
         client->due = now + times->quiet;
         send_ping(client, client->config->session_id);
     }
@@ -511,14 +547,15 @@ static void watch(struct xrce_client *client, uint32_t now)
 
 static uint32_t until(uint32_t when, uint32_t now) { return due(when, now) ? 0 : when - now; }
 
+static uint32_t sooner(uint32_t one, uint32_t other) { return one < other ? one : other; }
+
 static uint32_t wait_of(const struct xrce_client *client, uint32_t now)
 {
+    uint32_t wait = until(client->due, now);
     if (!in_session(client))
-        return until(client->due, now);
-    uint32_t quiet = until(client->heard + client->config->times.quiet, now), asked = until(client->due, now);
-    uint32_t wait = quiet > asked ? quiet : asked;
-    uint32_t beat = client->output.count ? until(client->output.due, now) : wait;
-    return beat < wait ? beat : wait;
+        return wait;
+    wait = sooner(wait, until(client->heard + client->config->times.lost, now));
+    return client->output.count ? sooner(wait, until(client->output.due, now)) : wait;
 }
 
 uint32_t xrce_advance(struct xrce_client *client, uint32_t now)

@@ -34,7 +34,8 @@ struct xrce_times {
     uint32_t ping;  // between pings for an agent
     uint32_t retry; // between requests for a session; after three an agent is looked for again
     uint32_t quiet; // after such a silence of the agent it is asked whether the session is there, and again as often
-    uint32_t lost;  // after such a silence, or so long without an acknowledgement, the agent counts as lost
+    uint32_t lost;  // after such a silence, or so long without an acknowledgement, or without the next object confirmed, the
+                    // agent counts as lost
 };
 
 struct xrce_client;
@@ -61,20 +62,22 @@ struct xrce_client {
     uint32_t due;   // of ping, request or question
     uint32_t tries; // of the request for a session
     uint32_t heard; // when the agent was heard last, in the session
-    uint32_t begun; // when the objects began to be created
+    uint32_t progressed; // when the last object was confirmed; before, when they began to be created
     uint32_t asked, confirmed; // objects, a bit each
     uint32_t next_place;       // the next one to be created
     uint16_t best_effort_out, best_effort_in;
     struct xrce_reader reader;
     struct xrce_output output;
     struct xrce_input input;
+    bool owes_acknack;
     uint8_t whole[XRCE_WHOLE]; // of fragments
     uint32_t whole_count;
     bool whole_bad;
     uint8_t message[XRCE_MTU], frame[XRCE_FRAME];
 };
 
-void xrce_begin(struct xrce_client *client, const struct xrce_config *config, uint32_t now);
+// False, and nothing begun, if there are more endpoints than XRCE_MOST_ENDPOINTS.
+bool xrce_begin(struct xrce_client *client, const struct xrce_config *config, uint32_t now);
 
 void xrce_receive(struct xrce_client *client, uint8_t byte, uint32_t now);
 

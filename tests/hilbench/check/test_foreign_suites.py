@@ -13,7 +13,7 @@ SUITES = {
     "pkt": ("pkt-board", "pkt-host", "rover-motion"),
     "carla": ("vehicle-board", "vehicle-drive", "vehicle-host"),
     "pins": ("bluepill-pins",),
-    "xrce": ("xrce-agent",),
+    "xrce": ("xrce-agent", "xrce-client"),
 }
 AT_A_PORT = ["--target", "serial:/nowhere/port"]
 AT_TWO = ["--target", "simulator=serial:/nowhere/port", "--target", "stack=serial:/nowhere/other"]
@@ -27,12 +27,14 @@ BENCHES = {
     "rover": ({"pkt"}, AT_A_PORT),
     "rover-model": ({"pkt"}, AT_A_PORT),
     "vehicle": ({"carla"}, AT_TWO),
+    "vehicle-micro-ros": ({"carla"}, AT_TWO),
     "vehicle-model": ({"carla"}, AT_TWO),
     "xrce-agent": ({"xrce"}, AT_A_PORT),
+    "xrce-client": ({"xrce"}, AT_A_PORT),
 }
 
 
-@pytest.mark.parametrize("bench", few(BENCHES, 3, "the gate has three of eleven benches, and test_target more"))
+@pytest.mark.parametrize("bench", few(BENCHES, 3, "the gate has three of thirteen benches, and test_target more"))
 def test_a_suite_of_another_protocol_never_reaches_the_port(bench, capsys):
     speaks, target = BENCHES[bench]
     for protocol in SUITES.keys() - speaks:

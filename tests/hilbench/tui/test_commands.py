@@ -199,7 +199,7 @@ class Shown:
 @pytest.mark.parametrize("code", [ExitCode.USAGE, ExitCode.UNAVAILABLE, ExitCode.OK])
 def test_a_bench_that_never_began_ends_the_command_with_its_exit_code(code, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    monkeypatch.setattr(dashboard, "_give_way", lambda: None)
+    monkeypatch.setattr(dashboard, "give_way", lambda: None)
     monkeypatch.setattr("hilbench.tui.app.Dashboard", Shown)
     assert dashboard.show(BenchProcess(Session(tmp_path), Ended(code))) == code
 
@@ -233,8 +233,8 @@ def test_every_bench_goes_before_what_draws_it():
     found = []
 
     def dashboard_of_three():
-        start = dashboard._ahead_of_us()
-        dashboard._give_way()
+        start = dashboard.ahead_of_us()
+        dashboard.give_way()
         found.extend(start(lambda: os.getpriority(os.PRIO_PROCESS, 0)) for _ in range(3))
         found.append(os.getpriority(os.PRIO_PROCESS, 0))
 

@@ -160,6 +160,8 @@ def test_the_keys_stand_beside_the_time_that_is_left():
     assert caption_keys(one) == "space Pause  n Next  q Quit   1/2  1:12 left"
     one.paused = True
     assert caption_keys(one) == "space Continue  n Next  q Quit   1/2  PAUSED"
+    one.skip()
+    assert caption_keys(one) == "space Pause  wait for the end  q Quit   1/2  1:12 left"
 
 
 # --- the scripts of our systems

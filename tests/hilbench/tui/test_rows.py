@@ -7,7 +7,7 @@ import pytest
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.rows import rows_of
 from hilbench.tui.views.frames import frames_view
-from protocols import pkt
+from protocols import autoware, pkt
 
 MS = 1_000_000
 ASK = pkt.encode_frame(pkt.encode_command(pkt.RequestTelemetry()))
@@ -19,8 +19,8 @@ MOTION = pkt.encode_frame(pkt.encode_report(pkt.MotionReport(rpm=(1.5, 0.0, 1.5,
 def frames_of():
     """Make the frames of bytes that were sent or heard at times in ms."""
 
-    def make(*chunks):
-        model = BenchModel({"live": {"operator": "station", "protocol": "pkt"}})
+    def make(*chunks, protocol="pkt"):
+        model = BenchModel({"live": {"operator": "station", "protocol": protocol}})
         kinds = {">": "tx", "<": "rx"}
         model.take(
             {"ns": at_ms * MS, "kind": kinds[way], "source": "station", "data": data.hex()}
@@ -53,6 +53,17 @@ def test_an_answer_is_joined_to_the_latest_request_and_equal_pairs_are_folded(fr
         ("REQUEST_TMY", 1, None), ("MotionReport", 1, None), ("GeneralReport", 1, 20 * MS), ("GeneralReport", 1, None),
     ]  # fmt: skip
     assert said(rows_of(frames_of((0, ">", ASK), (2001, "<", REPORT))))[-1] == ("GeneralReport", 1, None)
+
+
+def test_of_several_open_requests_that_with_the_same_number_is_answered(frames_of):
+    def framed(message):
+        return autoware.encode_frame(autoware.encode_message(message))
+
+    asked = [(number, ">", framed(autoware.ControlModeRequest(sequence=number))) for number in (1, 2, 3)]
+    answers = [(10 + number, "<", framed(autoware.ControlModeResponse(sequence=number))) for number in (1, 3)]
+    rows = rows_of(frames_of(*asked, *answers, protocol="autoware"), fold=False)
+    assert [row.frames[0].item.fields["sequence"] for row in rows] == [2, 1, 3]
+    assert [row.request is not None for row in rows] == [False, True, True]
 
 
 def test_columns_are_aligned_and_times_have_their_milliseconds_after_a_minute_too(frames_of):

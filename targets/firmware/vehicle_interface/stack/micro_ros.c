@@ -37,7 +37,10 @@ static const struct xrce_endpoint ENDPOINTS[] = {
     [HAZARDS] = {XRCE_READS, .topic = "rt/control/command/hazard_lights_cmd", .type = VEHICLE("HazardLightsCommand")},
 };
 
+_Static_assert(sizeof ENDPOINTS / sizeof *ENDPOINTS <= XRCE_MOST_ENDPOINTS, "the client has no bit for the last ones");
+
 #define MOST_SAMPLE 64u // bytes of what is written
+#define MOST_REPLIES 4u // that wait for room; a power of two
 
 struct sample {
     uint8_t bytes[MOST_SAMPLE];
@@ -45,20 +48,27 @@ struct sample {
 };
 
 static struct xrce_client client;
-static struct sample mode;                 // the newest that could not be sent; the other reports are worth nothing later
-static uint8_t requester[XRCE_IDENTITY];   // who has asked last; each request is answered before the next one is fetched
+
+// What could not be sent yet: the newest mode, and replies. The other reports are worth nothing later.
+static struct sample mode, replies[MOST_REPLIES];
+static uint32_t replies_put, replies_got;
 
 // --- What comes, as messages that wait to be fetched
 
 #define MOST_WAITING 32u // a power of two
 
-static struct agent_message waiting[MOST_WAITING], fetched;
+struct heard {
+    struct agent_message message;
+    uint8_t requester[XRCE_IDENTITY]; // of a request: who asks
+};
+
+static struct heard waiting[MOST_WAITING], fetched; // each request is answered before the next message is fetched
 static uint32_t put, got;
 
-static void wait(const struct agent_message *message)
+static void wait(const struct heard *heard)
 {
     if (put - got < MOST_WAITING)
-        waiting[put++ % MOST_WAITING] = *message;
+        waiting[put++ % MOST_WAITING] = *heard;
 }
 
 static struct stamp stamp_in(struct cdr_reader *in)
@@ -80,13 +90,13 @@ static void read_control(struct cdr_reader *in, struct agent_message *message)
     message->control.jerk = cdr_get_float(in);
 }
 
-static void read_request(struct cdr_reader *in, struct agent_message *message)
+static void read_request(struct cdr_reader *in, struct heard *heard)
 {
     for (uint32_t i = 0; i < XRCE_IDENTITY; ++i)
-        requester[i] = cdr_get_u8(in);
-    message->id = MODE_REQUEST;
-    message->request.stamp = stamp_in(in);
-    message->request.mode = cdr_get_u8(in);
+        heard->requester[i] = cdr_get_u8(in);
+    heard->message.id = MODE_REQUEST;
+    heard->message.request.stamp = stamp_in(in);
+    heard->message.request.mode = cdr_get_u8(in);
 }
 
 static void read_lights(struct cdr_reader *in, struct agent_message *message, enum message_id id)
@@ -99,17 +109,17 @@ static void read_lights(struct cdr_reader *in, struct agent_message *message, en
 static void hear(void *context, uint32_t endpoint, struct cdr_reader *in)
 {
     (void)context;
-    struct agent_message message = {.id = CLOCK};
+    struct heard heard = {.message = {.id = CLOCK}};
     if (endpoint == TIME)
-        message.clock = stamp_in(in);
+        heard.message.clock = stamp_in(in);
     else if (endpoint == COMMANDS)
-        read_control(in, &message);
+        read_control(in, &heard.message);
     else if (endpoint == MODES)
-        read_request(in, &message);
+        read_request(in, &heard);
     else
-        read_lights(in, &message, endpoint == TURNS ? TURN_COMMAND : HAZARD_COMMAND);
+        read_lights(in, &heard.message, endpoint == TURNS ? TURN_COMMAND : HAZARD_COMMAND);
     if (!in->bad)
-        wait(&message);
+        wait(&heard);
 }
 
 // --- What goes
@@ -134,7 +144,7 @@ static uint32_t write_to(struct cdr_writer *out, const struct board_message *mes
 {
     switch (message->id) {
     case MODE_RESPONSE:
-        cdr_put_octets(out, requester, sizeof requester);
+        cdr_put_octets(out, fetched.requester, sizeof fetched.requester);
         cdr_put_u8(out, message->response.success);
         return MODES;
     case VELOCITY_REPORT:
@@ -151,9 +161,16 @@ static uint32_t write_to(struct cdr_writer *out, const struct board_message *mes
     }
 }
 
-static void send_mode(void)
+static bool send_sample(uint32_t endpoint, const struct sample *sample)
 {
-    if (mode.count && xrce_write(&client, MODE, mode.bytes, mode.count, kernel_tick()))
+    return xrce_write(&client, endpoint, sample->bytes, sample->count, kernel_tick());
+}
+
+static void send_kept(void)
+{
+    while (replies_got != replies_put && send_sample(MODES, &replies[replies_got % MOST_REPLIES]))
+        ++replies_got;
+    if (mode.count && send_sample(MODE, &mode))
         mode.count = 0;
 }
 
@@ -168,8 +185,8 @@ static void send_frame(void *context, const uint8_t *frame, uint32_t count)
 static void change(void *context, enum xrce_state state)
 {
     (void)context;
-    if (state == XRCE_ASKING) // a ping was answered
-        wait(&(struct agent_message){.id = AGENT_ONLINE});
+    if (state == XRCE_OPEN)
+        wait(&(struct heard){.message = {.id = AGENT_ONLINE}});
 }
 
 static struct xrce_config config = {
@@ -203,7 +220,7 @@ bool micro_ros_get(uint8_t *byte)
     while (put == got && stack_line_get(byte))
         xrce_receive(&client, *byte, tick);
     xrce_advance(&client, tick);
-    send_mode();
+    send_kept();
     return put != got;
 }
 
@@ -211,8 +228,8 @@ uint32_t micro_ros_take(struct frame_reader *reader, uint8_t byte, const uint8_t
 {
     (void)reader, (void)byte;
     fetched = waiting[got++ % MOST_WAITING];
-    *payload = (const uint8_t *)&fetched;
-    return message_bytes(fetched.id);
+    *payload = (const uint8_t *)&fetched.message;
+    return message_bytes(fetched.message.id);
 }
 
 uint32_t micro_ros_make(uint8_t frame[MAX_FRAME], const uint8_t *payload, uint32_t count)
@@ -224,10 +241,13 @@ uint32_t micro_ros_make(uint8_t frame[MAX_FRAME], const uint8_t *payload, uint32
     if (message->id == AGENT_PING) // the client has pings of its own
         return 0;
     uint32_t endpoint = write_to(&out, message);
-    bool sent = xrce_write(&client, endpoint, out.begin, out.count, kernel_tick());
-    if (endpoint == MODE) {
+    sample.count = out.count;
+    if (endpoint == MODE)
         mode = sample;
-        mode.count = sent ? 0 : out.count;
-    }
+    else if (endpoint != MODES)
+        send_sample(endpoint, &sample);
+    else if (replies_put - replies_got < MOST_REPLIES)
+        replies[replies_put++ % MOST_REPLIES] = sample;
+    send_kept();
     return 0;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Pieces from standard input, each behind its length in two bytes, to the client; some ms pass between them.
+// Pieces from standard input, each behind its length in two bytes, to the client; some ms pass between them. An empty one resets
+// the board.
 
 #include <stdint.h>
 #include <stdio.h>
@@ -22,6 +23,8 @@ int main(void)
         uint32_t count = length[0] | length[1] << 8;
         if (fread(piece, 1, count, stdin) != count)
             return 1;
+        if (count == 0)
+            begin(0, 2000, now);
         receive(piece, count, now);
         advance(now);
         open += state() == 3;

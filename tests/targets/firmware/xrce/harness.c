@@ -74,6 +74,14 @@ void begin(int domain, uint32_t lost, uint32_t now)
     xrce_begin(&here.client, &here.config, now);
 }
 
+int can_begin_with(uint32_t endpoint_count)
+{
+    static struct xrce_client client;
+    static struct xrce_config config;
+    config = (struct xrce_config){.endpoints = ENDPOINTS, .endpoint_count = endpoint_count, .send = put, .heard = hear};
+    return xrce_begin(&client, &config, 0);
+}
+
 void receive(const uint8_t *data, uint32_t count, uint32_t now)
 {
     for (uint32_t i = 0; i < count; ++i)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import collections
 import ctypes
 import enum
 import heapq
 import itertools
 import subprocess
 from pathlib import Path
+from typing import ClassVar
 
 from protocols import xrce
 from protocols.testing import LATENCY_NS, unchanged
@@ -43,17 +45,16 @@ class Heard(ctypes.Structure):
     )
 
 
-def compiled(made, *words):
-    """Compile the client with its harness; return the file."""
+def compiled(made, *words, harness="harness.c"):
+    """Compile the client with a harness; return the file."""
     root = Path(firmware.__file__).parent
-    sources = [*sorted((root / "xrce").glob("*.c")), HERE / "harness.c"]
+    sources = [*sorted((root / "xrce").glob("*.c")), HERE / harness]
     subprocess.run(["gcc", *FLAGS, *words, f"-I{root}", *map(str, sources), "-o", str(made)], check=True)
     return made
 
 
-def build(folder):
-    """Compile the client with its harness; return the library."""
-    made = compiled(folder / "xrce.so", "-shared", "-fPIC")
+def loaded(made):
+    """Load a file that was compiled to be shared."""
     library = ctypes.CDLL(str(made))
     library.write_sample.argtypes = (ctypes.c_uint32, ctypes.c_char_p, ctypes.c_uint32, ctypes.c_uint32)
     library.receive.argtypes = (ctypes.c_char_p, ctypes.c_uint32, ctypes.c_uint32)
@@ -61,18 +62,26 @@ def build(folder):
     return library
 
 
+def build(folder):
+    """Compile the client with its harness; return the library."""
+    return loaded(compiled(folder / "xrce.so", "-shared", "-fPIC"))
+
+
 class Native:
     """The client, and an agent that may be put in another's place.
 
     Args:
-        library: with the client.
+        library: with the client, and what uses it.
         damage: what the line does to each write.
         options: of the agent.
         domain_id: of the client's participant.
         start_ms: what the client's clock says at the begin.
         lost_s: how long an agent may be silent until it is lost.
+        answers_after_ns: how much longer than usual what the agent writes is under way.
 
     Attributes:
+        WRITTEN: topics that nodes beside the agent write, with their types.
+        READ: topics that they read.
         agent: the one at the line; None for nobody.
         heard: by endpoint, what the client has heard.
         said: by topic, what nodes beside the agent have heard.
@@ -80,8 +89,18 @@ class Native:
         came: each write that has come to it.
     """
 
-    def __init__(self, library, *, damage=unchanged, options=None, domain_id=0, start_ms=0, lost_s=10):
+    WRITTEN: ClassVar = {
+        "rt/down": FLOAT,
+        "rt/down_best": FLOAT,
+        "rq/askRequest": "std_srvs::srv::dds_::SetBool_Request_",
+    }
+    READ: ClassVar = {"rt/up": FLOAT, "rt/up_best": FLOAT, "rr/askReply": "std_srvs::srv::dds_::SetBool_Response_"}
+
+    def __init__(
+        self, library, *, damage=unchanged, options=None, domain_id=0, start_ms=0, lost_s=10, answers_after_ns=0
+    ):
         self._library = library
+        self._answers_after_ns = answers_after_ns
         self._options = options
         self._out = ctypes.create_string_buffer(ROOM)
         self._kept = (Heard * MOST_HEARD)()
@@ -91,26 +110,23 @@ class Native:
         self.damage = damage
         self.now_ns = start_ms * MS
         self.domain_id = domain_id
-        self.heard = {endpoint: [] for endpoint in (UP, DOWN, UP_BEST, DOWN_BEST, SERVICE)}
-        self.said = {topic: [] for topic in ("rt/up", "rt/up_best", "rr/askReply")}
+        self.heard = collections.defaultdict(list)
+        self.said = {topic: [] for topic in self.READ}
         self.written = b""
         self.came = []
         self.agent = None
         self.restart_agent()
-        library.begin(domain_id, lost_s * 1000, self._now_ms)
+        library.begin(domain_id, round(lost_s * 1000), self._now_ms)
 
     # --- what a test does
 
     def restart_agent(self):
         """Put a new agent at the line, which knows nothing; nodes beside it write and read."""
         self.agent = agent = xrce.AgentService(("board",), self._options)
-        writers = {"rt/down": FLOAT, "rt/down_best": FLOAT, "rq/askRequest": "std_srvs::srv::dds_::SetBool_Request_"}
-        self._writers = {topic: agent.writer(topic, kind, domain_id=self.domain_id) for topic, kind in writers.items()}
-        for topic, kind in {
-            "rt/up": FLOAT,
-            "rt/up_best": FLOAT,
-            "rr/askReply": "std_srvs::srv::dds_::SetBool_Response_",
-        }.items():
+        self._writers = {
+            topic: agent.writer(topic, kind, domain_id=self.domain_id) for topic, kind in self.WRITTEN.items()
+        }
+        for topic, kind in self.READ.items():
             agent.listen(topic, kind, self.said[topic].append, domain_id=self.domain_id)
 
     def write(self, endpoint, data):
@@ -119,9 +135,9 @@ class Native:
         self._fetch()
         return bool(done)
 
-    def publish(self, topic, data):
-        """A node beside the agent writes."""
-        self._wrote(self.agent.write(self._writers[topic], data, self.now_ns))
+    def publish(self, topic, data, identity=None):
+        """A node beside the agent writes, a request with its identity."""
+        self._wrote(self.agent.write(self._writers[topic], data, self.now_ns, identity=identity))
 
     def end(self):
         """The client's program ends the session."""
@@ -140,6 +156,11 @@ class Native:
         """Bytes come to the client now."""
         self._library.receive(data, len(data), self._now_ms)
         self._step()
+
+    def pass_over(self, duration_ns):
+        """Let time pass without a call of the client, or anything from the agent."""
+        self.now_ns += duration_ns
+        self._due_ns = self.now_ns
 
     def run(self, duration_ns):
         """Let time pass."""
@@ -205,5 +226,6 @@ class Native:
 
     def _fly(self, end, data):
         data = self.damage(data)
+        latency_ns = LATENCY_NS + (self._answers_after_ns if end == "client" else 0)
         if data:
-            heapq.heappush(self._flying, (self.now_ns + LATENCY_NS, next(self._order), end, data))
+            heapq.heappush(self._flying, (self.now_ns + latency_ns, next(self._order), end, data))

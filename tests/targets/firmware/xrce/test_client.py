@@ -34,6 +34,7 @@ FAULTS = {
     "noise": {"noise": 0.5},
     "all": {"drop": 0.1, "flip": 0.1, "repeat": 0.1, "noise": 0.3},
 }
+BEST_EFFORT, RELIABLE = 0x01, 0x80
 OBJECTS = {0x11, 0x13, 0x14, 0x22, 0x25, 0x32, 0x36, 0x42, 0x45, 0x52, 0x56, 0x68}
 
 
@@ -278,16 +279,99 @@ def said_in(data):
 
 
 def test_either_byte_order_is_understood(connected):
-    header = xrce.Header(session_id=0x81, stream_id=0, sequence=0)
-    beat = xrce.Heartbeat(first_unacked=0x0102, last_unacked=0x0103, stream_id=0x80)
+    beat = xrce.Heartbeat(first_unacked=0x0102, last_unacked=0x0103, stream_id=RELIABLE)
     connected.written = b""
-    connected.to_client(framed(header, xrce.encode_submessage(beat, little_endian=False)))
+    connected.to_client(framed(header(), xrce.encode_submessage(beat, little_endian=False)))
     (answer,) = [one for one in said_in(connected.written) if isinstance(one, xrce.AckNack)]
     assert (answer.first_unacked, answer.nack_bitmap) == (0x0102, 0b11)
 
 
-def framed(header, *submessages):
-    return xrce.encode_frame(xrce.encode_message(header, xrce.pack_submessages(submessages)))
+def test_a_slow_agent_gets_a_session_as_long_as_each_answer_comes_in_time(library):
+    there = Native(library, lost_s=1, answers_after_ns=450 * MS)
+    there.run(10 * SECOND)
+    assert there.state is State.OPEN
+    assert there.objects == OBJECTS
+    assert there.written.count(b"XRCE") == 1
+
+
+def test_what_waits_behind_lost_messages_is_heard_when_a_heartbeat_skips_them(connected):
+    connected.number_from(0x100)
+    connected.agent = None
+    connected.to_client(framed(header(RELIABLE, 0x101), data_for(0x36, b"early")))
+    assert connected.heard[DOWN] == []
+    connected.written = b""
+    beat = xrce.Heartbeat(first_unacked=0x101, last_unacked=0x101, stream_id=RELIABLE)
+    connected.to_client(framed(header(), xrce.encode_submessage(beat)))
+    assert connected.heard[DOWN] == [b"early"]
+    (answer,) = [one for one in said_in(connected.written) if isinstance(one, xrce.AckNack)]
+    assert (answer.first_unacked, answer.nack_bitmap) == (0x102, 0)
+
+
+def test_a_refused_read_begins_the_session_anew(connected):
+    begun = connected.written.count(b"XRCE")
+    for request, reader, sessions in [(0x205, 0x25, 0), (0x101, 0x25, 0), (0x100, 0x25, 0), (0x101, 0x36, 1)]:
+        refusal = xrce.StatusReply(request_id=request, object_id=reader, status=xrce.Status.UNKNOWN_REFERENCE)
+        connected.to_client(framed(header(), xrce.encode_submessage(refusal)))
+        connected.run(2 * SECOND)
+        assert connected.written.count(b"XRCE") == begun + sessions, (request, reader)
+        assert connected.state is State.OPEN
+    connected.publish("rt/down", b"again")
+    connected.run(SECOND)
+    assert connected.heard[DOWN] == [b"again"]
+
+
+def test_silence_is_noticed_behind_weeks_of_talk(connected):
+    connected.agent = None
+    talk = xrce.encode_submessage(xrce.AckNack(first_unacked=0, nack_bitmap=0, stream_id=RELIABLE))
+    for _ in range(3):
+        connected.pass_over((1 << 30) * MS)
+        connected.to_client(framed(header(), talk))
+    connected.written = b""
+    connected.run(SECOND)
+    assert [type(one) for one in said_in(connected.written)] == [xrce.GetInfo] * 3
+    connected.run(1100 * MS)
+    assert connected.state is State.SEEKING
+
+
+def test_a_client_that_waits_as_long_as_it_may_notices_a_lost_agent(library):
+    """Where it asks more rarely than an agent may be silent."""
+    there = Native(library, lost_s=0.2)
+    there.run(100 * MS)
+    assert there.state is State.OPEN
+    there.agent = None
+    there.run(250 * MS)
+    assert there.state is State.SEEKING
+
+
+def test_pieces_of_another_stream_do_not_come_between(connected):
+    connected.number_from(0x100)
+    connected.agent = None
+    whole = data_for(0x36, b"whole")
+    for head, piece in (
+        (header(RELIABLE, 0x100), xrce.Fragment(data=whole[:8])),
+        (header(BEST_EFFORT, 0x7000), xrce.Fragment(data=b"\xee" * 4)),
+        (header(), xrce.Fragment(data=b"\xee" * 4, last=True)),
+        (header(RELIABLE, 0x101), xrce.Fragment(data=whole[8:], last=True)),
+    ):
+        connected.to_client(framed(head, xrce.encode_submessage(piece)))
+    assert connected.heard[DOWN] == [b"whole"]
+
+
+def test_more_endpoints_than_there_are_bits_for_are_refused(library):
+    assert library.can_begin_with(14)
+    assert not library.can_begin_with(15)
+
+
+def header(stream_id=0, sequence=0):
+    return xrce.Header(session_id=0x81, stream_id=stream_id, sequence=sequence)
+
+
+def data_for(reader, data):
+    return xrce.encode_submessage(xrce.TopicData(request_id=0x101, object_id=reader, data=data))
+
+
+def framed(head, *submessages):
+    return xrce.encode_frame(xrce.encode_message(head, xrce.pack_submessages(submessages)))
 
 
 @pytest.mark.exhaustive(
@@ -299,13 +383,17 @@ def test_no_bytes_make_the_client_touch_what_is_not_its_own(tmp_path, library):
     )
     there = Native(library)
     there.run(SECOND)
+    opening = len(there.came)
     exchange(there, numbered(40, 60))
     chance = random.Random(26)
-    pieces = [piece for _ in range(40) for piece in mutated(there.came, chance)]
+    pieces = []
+    for turn in range(40):
+        sound = there.came[:opening] if turn % 2 else []
+        pieces += [b"", *sound, *mutated(there.came[len(sound) :], chance)]
     data = b"".join(len(piece).to_bytes(2, "little") + piece for piece in pieces)
     done = subprocess.run([program], input=data, capture_output=True, check=False)
     assert (done.returncode, done.stderr) == (0, b"")
-    assert int(done.stdout) > 100, "hardly any of it came to an open session"
+    assert int(done.stdout) > 1000, "hardly any of it came to an open session"
 
 
 def mutated(pieces, chance):
