@@ -452,7 +452,7 @@ def opening(right, alterations):
     return open_case
 
 
-@pytest.mark.slow("a run of a case for each of 26 wrong clients: each clause finds one")
+@pytest.mark.slow("a run of a case for each of 28 wrong clients: each clause finds one")
 def test_each_clause_finds_a_client_that_is_wrong_about_it():
     right = make_provider(OPTIONS)
     faults = [
