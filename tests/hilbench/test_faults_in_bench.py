@@ -343,7 +343,7 @@ def test_a_faulty_port_strikes_in_every_case_anew(check_loop):
     assert "b'abbd'" in report.clauses[0].cause
     assert "b'wxxz'" in report.clauses[1].cause
     assert "b'ccd'" in report.clauses[2].cause, "byte 2 of the case, whatever was opened in between"
-    assert "fault flip byte 2 bit 0 towards robot.host struck" in report.clauses[0].evidence[-1]
+    assert "fault flip byte 2 bit 0 towards robot.host struck" in "\n".join(report.clauses[0].evidence)
     assert report.bench["faults"] == "flip byte 2 bit 0 towards robot.host"
     first_line = matrix.render(report, colours=False, width=None).splitlines()[0]
     assert "faults flip byte 2 bit 0 towards robot.host" in first_line

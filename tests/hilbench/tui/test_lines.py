@@ -75,11 +75,13 @@ def test_what_has_not_changed_is_not_drawn(playing, settle):
         app.model.taken += 1  # as if an event had come that tells the log nothing
         app.look()
         assert not log._repaint_regions
-        app.model.log.say(app.model.ns, "test", "something else")
-        app.model.taken += 1
-        app.look()
+        for _ in range(2):  # the second time it is counted in the line that is there
+            await settle(app, pilot)
+            app.model.log.say(app.model.ns, "test", "something else")
+            app.model.taken += 1
+            app.look()
         (region,) = log._repaint_regions
-        assert region.height < log.content_size.height
+        assert region.height == 1
 
     playing("vehicle", scenario)
 
