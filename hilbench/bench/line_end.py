@@ -30,7 +30,7 @@ class LineEnd(ABC):
         """Return a message that was heard in words."""
 
     def ask_again(self) -> None:  # noqa: B027 - many have nothing of the kind, and so the next
-        """Send what changes nothing and is answered or passed over, if the protocol has such a message."""
+        """Send what is answered and changes nothing, whatever state the target is in, if there is such a message."""
 
     def stand_still(self) -> None:  # noqa: B027
         """Send what stops a target that moves, if the protocol has such a message."""
@@ -58,4 +58,5 @@ class LineEnd(ABC):
                 new.setdefault(kind, [])[1:] = [(got.at_ns, f"<  {self.words_of(got)}")]
             last[kind] = got.raw
         sent = [one for one in self._written.passed() if one[0] >= since_ns]
-        return in_order(sent, self.refused_since(since_ns), *new.values())
+        refused = self.refused_since(since_ns)
+        return in_order(sent, [*refused[:1], *refused[1:][-1:]], *new.values())

@@ -108,8 +108,23 @@ class _CaseRun:
         self.case_hash = bench.case_hash()
         if self.screens is not None and self.outcome.verdict in SHOWN_VERDICTS and isinstance(bench, Viewable):
             self.view = bench.view()
-        if self.outcome.verdict is Verdict.FAIL and isinstance(bench, Following):
-            self.outcome = _with_evidence(self.outcome, tuple(bench.afterwards()))
+
+    def look_on(self) -> bool:
+        """Add to the evidence what comes after a failure; return whether somebody interrupted that.
+
+        The verdict stands, whatever happens meanwhile.
+        """
+        bench: object = self.bench
+        if self.outcome.verdict is not Verdict.FAIL or not isinstance(bench, Following):
+            return False
+        try:
+            seen = tuple(bench.afterwards())
+        except KeyboardInterrupt:
+            return True
+        except Exception as error:  # noqa: BLE001 - whatever a provider raises: the target has failed before
+            seen = (f"looking on failed: {type(error).__name__}: {error}",)
+        self.outcome = _with_evidence(self.outcome, seen)
+        return False
 
     def worsen(self, outcome: Outcome) -> None:
         """Take the outcome of tearing down: a failure there is never the target's, and outranks what was said."""
@@ -386,6 +401,8 @@ class CheckPlugin:
                 run.worsen(outcome)
             elif call.when == "call" or outcome is not PASSED:
                 run.judge(outcome)
+                if run.look_on():
+                    self.collector.stop("interrupted", interrupted=True)
         report = yield
         if run is not None and call.when == "call" and run.in_doubt:
             report.outcome = "failed"

@@ -65,7 +65,7 @@ def _demo_of(name: str) -> Demo:
     from hilbench.plugins.discovery import PLUGINS
     from worlds import default_physics, physics_is_there
 
-    PLUGINS.systems.get(name, "hilbench demo")
+    PLUGINS.systems.get(name, "demo")
     demos = PLUGINS.systems.demos(physics=physics_is_there(default_physics()))
     if name not in demos:
         raise UsageError(f"the system '{name}' brings no demo", hint=f"these do: {', '.join(demos)}")
@@ -93,7 +93,8 @@ def _played(demo: Demo, start: Callable[[LiveBench], BenchProcess], theme: str) 
         raise UnavailableError(shown.problem, where="hilbench demo")
     for line in shown.playing.broken:
         Console().narrate(f"hilbench: demo: {line}")
-    code = next((one for one in ExitCode if one == shown.return_code), ExitCode.DEFECT)
+    # 1 is Textual's own, whose traceback stands on the terminal.
+    code = next((one for one in ExitCode if one == shown.return_code != 1), ExitCode.DEFECT)
     if code is ExitCode.OK and demo.after:
         Console().data(demo.after.strip("\n"))
     return code

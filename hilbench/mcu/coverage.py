@@ -28,7 +28,7 @@ class Coverage:
         emulated: the bench, before it runs.
 
     Raises:
-        UsageError: an image has no line tables.
+        UsageError: an image has no line tables, or damaged ones.
     """
 
     def __init__(self, emulated: EmulatedBench) -> None:
@@ -36,6 +36,9 @@ class Coverage:
             if not image.symbols.rows:
                 hint = "give the ELF file, compiled and linked with -g"
                 raise UsageError(f"{image.path}: has no line tables", where=f"--coverage: {name}", hint=hint)
+            if not image.symbols.rows_are_whole:
+                message = f"{image.path}: its line tables are damaged, so lines would be missing"
+                raise UsageError(message, where=f"--coverage: {name}", hint="link it again")
         for machine in emulated.machines.values():
             machine.cover()
         self._emulated = emulated

@@ -59,8 +59,8 @@ class ComposeScreen(Dialog[bytes]):
         self._look()
 
     def on_input_submitted(self) -> None:
-        """Send it."""
-        self.action_send()
+        """Go to the next field: what goes to a port is sent by the button or ctrl+s alone."""
+        self.focus_next()
 
     def on_button_pressed(self, event: Button.Pressed) -> None:
         """Send it, or do not."""

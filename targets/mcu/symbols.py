@@ -96,6 +96,11 @@ class Symbols:
         """The line tables, in the order of addresses; empty where the image has none."""
         return self._lines.rows
 
+    @property
+    def rows_are_whole(self) -> bool:
+        """Whether nothing of the line tables is damaged."""
+        return bool(self._lines.rows) and not self._lines.damaged
+
     def line_at(self, pc: int) -> str | None:
         """Return ``file.c:42`` for the address `pc`, or None where the image does not say."""
         return self._lines.find(pc)
@@ -120,11 +125,13 @@ class _LineTables:
     def __init__(self, elf: bytes | None) -> None:
         self._elf = elf
         self._rows: list[LineRow] = []
+        self.damaged = False
 
     @property
     def rows(self) -> Sequence[LineRow]:
         if self._elf is not None:
-            self._rows = sorted(_read_rows(self._elf))
+            rows, self.damaged = _read_rows(self._elf)
+            self._rows = sorted(rows)
             self._elf = None
         return self._rows
 
@@ -136,7 +143,8 @@ class _LineTables:
         return None
 
 
-def _read_rows(data: bytes) -> list[LineRow]:
+def _read_rows(data: bytes) -> tuple[list[LineRow], bool]:
+    """Return what can be read, and whether something is damaged."""
     from elftools.elf.elffile import ELFFile
 
     rows: list[LineRow] = []
@@ -152,8 +160,8 @@ def _read_rows(data: bytes) -> list[LineRow]:
                     rows.extend(row for row in _rows_of(program, folder) if any(row.start in one for one in loaded))
     except damage():
         # Debug information is a convenience: what of it is damaged is left out.
-        return rows
-    return rows
+        return rows, True
+    return rows, False
 
 
 def _loaded(elf: Any) -> list[range]:

@@ -11,6 +11,11 @@ from hilbench.clock import NS_PER_S, Scheduler
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.plugins.discovery import PLUGINS
+from hilbench.systems.pioneer.peer import Peer
+from hilbench.systems.rover.peer import RoverPeer
+from hilbench.systems.vehicle.simulator_peer import BoardPeer
+from hilbench.systems.vehicle.stack_peer import StackPeer
+from protocols.pkt import PROFILES, longest_frame
 
 REQUEST = bytes.fromhex("504B54210100E1F00A")
 REPORT = bytes.fromhex("504B542106800F0001000088F90A")
@@ -96,3 +101,35 @@ def test_lines_are_named_where_there_are_several():
     rig.later(0.1, REPORT)
     lines = look_on(rig.bench, {"one": rig.peer, "other": other.peer})
     assert any("one       <  GeneralReport" in line for line in lines)
+
+
+def test_of_what_is_refused_the_first_and_the_last_are_enough():
+    rig = Rig()
+    for number in range(7):
+        rig.later(0.05 + 0.05 * number, TWISTED)
+    rig.later(1.0, REPORT)
+    lines = rig.look_on()
+    assert sum("wrong CRC" in line for line in lines) == 1
+    assert "accepted=15" in lines[-1]
+
+
+def sent_to_stop(peer_of):
+    """Return what a peer of a system writes to have a target stand still."""
+    rig = Rig()
+    peer = peer_of(rig.bench, MemoryLink(rig.scheduler, Line(baud=115200), name="other").a)
+    peer.commands = SimpleNamespace(stop=lambda: setattr(peer, "stopped", True))
+    written = []
+    peer.write = written.append
+    peer.stand_still()
+    return b"".join(written), hasattr(peer, "stopped")
+
+
+def test_a_rover_ends_its_frame_and_gets_a_stop_a_robot_a_stop_a_board_no_more_commands():
+    profile = PROFILES["documented"]
+    written, _ = sent_to_stop(lambda bench, port: RoverPeer(bench, port, profile))
+    ended = longest_frame(profile.server.frames)
+    assert written[:ended] == b"\n" * ended
+    assert written[ended:] == bytes.fromhex("504B54210A03000000000000000003 60950A".replace(" ", ""))
+    assert sent_to_stop(Peer)[0] == bytes.fromhex("FAFB031D001D")
+    assert sent_to_stop(StackPeer) == (b"", True)
+    assert sent_to_stop(BoardPeer) == (b"", True)

@@ -110,10 +110,6 @@ class Peer(LinePeer[ServerPacket]):
         with unrecorded():
             return self.expect(Sip, what="first SIP")
 
-    def ask_again(self) -> None:
-        """Send a PULSE, which outside of a session is SYNC0: it has an echo."""
-        self.send(CommandNumber.PULSE)
-
     def stand_still(self) -> None:
         """Stop the robot."""
         self.send(CommandNumber.STOP)

@@ -74,6 +74,8 @@ def _quantities(live: Mapping[str, Any]) -> Mapping[str, Quantity]:
         "control_raw": Quantity("control"),
         "compass_raw": Quantity("compass", "°", 2.0),
         "ticks_mm": Quantity("ticks", "1/mm"),
+        "calibration_h": Quantity("horizontal calibration"),
+        "calibration_v": Quantity("vertical calibration"),
     }
     if "subclass" in live:
         from protocols.p2os import robot_parameters

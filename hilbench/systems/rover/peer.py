@@ -140,7 +140,8 @@ class RoverPeer(LinePeer[Report]):
         self.send(RequestTelemetry())
 
     def stand_still(self) -> None:
-        """Stop the motors."""
+        """End an unfinished frame, and stop the motors."""
+        self.write(_FLUSH * longest_frame(self.profile.server.frames))
         self.stop()
 
     def settle(self) -> None:

@@ -172,6 +172,10 @@ class BoardPeer(_FramePeer[StatusFrame]):
     def _send_command(self) -> None:
         self.send_command(self.command)
 
+    def stand_still(self) -> None:
+        """Say no further commands."""
+        self.commands.stop()
+
     def settle(self) -> None:
         """Say nothing more, and discard what came."""
         self.commands.stop()

@@ -134,6 +134,10 @@ class StackPeer(LinePeer[StackMessage]):
         """Return the modes that were reported since a mark."""
         return [report.mode for _, report in self.since(mark, ControlModeReport)]
 
+    def stand_still(self) -> None:
+        """Say no further commands; after its deadlines the board stops the car by itself."""
+        self.commands.stop()
+
     def settle(self) -> None:
         """End commands and an unfinished frame, ask for manual mode, discard what comes."""
         self.commands.stop()

@@ -47,7 +47,7 @@ def can_be_edited(value: object) -> bool:
 def text_in(value: object) -> str:
     """Return a value as it is typed."""
     if isinstance(value, Enum):
-        return value.name
+        return value.name or str(value.value)
     if isinstance(value, bytes):
         return value.hex(" ").upper()
     return "" if value is None else str(value)
@@ -59,7 +59,7 @@ def _value(name: str, before: object, text: str) -> object:
             case bool():
                 return {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False}[text.lower()]
             case Enum():
-                return type(before)[text]
+                return type(before)(int(text, 0)) if text[:1].isdigit() else type(before)[text]
             case int():
                 return int(text, 0)
             case float():

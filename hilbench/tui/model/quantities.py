@@ -45,7 +45,7 @@ def text_of(value: object, quantity: Quantity) -> str:
         case bool():
             return "yes" if value else "no"
         case Enum():
-            return value.name
+            return value.name or str(value.value)  # a set of flags may have none
         case int() if quantity.scale == 1:
             return str(round(_in_unit(value, quantity)))
         case int() | float():

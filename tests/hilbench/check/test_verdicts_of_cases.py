@@ -438,6 +438,33 @@ def test_a_bench_that_breaks_is_a_defect_and_does_not_hide_the_cause(check):
     assert "before that: wrong" in " ".join(clause.evidence)
 
 
+@pytest.mark.parametrize(
+    ("body", "shown", "code"),
+    [
+        ("return ['it came late']", "it came late", 1),
+        ("1 / 0", "looking on failed: ZeroDivisionError: division by zero", 1),
+        ("raise KeyboardInterrupt", "assert False", 130),
+    ],
+)
+def test_whatever_happens_after_a_failure_the_verdict_stands(check, body, shown, code):
+    report = check(
+        f"""
+        @my("A1")
+        def test_a(bench):
+            def afterwards(): {body}
+            bench.afterwards = afterwards
+            assert False, "wrong"
+
+        @my("A2")
+        def test_b(bench): pass
+        """
+    )
+    first, second = report.clauses
+    assert (first.verdict, first.cause, report.exit_code) == (Verdict.FAIL, "wrong", code)
+    assert shown in first.evidence[-1]
+    assert second.verdict is (Verdict.NOT_RUN if code == 130 else Verdict.PASS)
+
+
 def test_a_case_that_ends_the_run_is_a_defect(check):
     report = check('@my("A1")\ndef test_a(bench): pytest.exit("enough")\n')
     assert (report.exit_code, report.stopped) == (5, "a case ended the run: enough")

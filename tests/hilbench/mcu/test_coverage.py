@@ -7,6 +7,7 @@ import shutil
 import subprocess
 
 import pytest
+from elftools.elf.elffile import ELFFile
 
 from hilbench.cli import main
 from tests.hilbench.mcu.test_init_and_fixtures import IMAGES
@@ -85,3 +86,14 @@ def test_a_file_that_cannot_be_written_is_said_before_the_run(tmp_path, capsys):
     assert "there is no folder" in capsys.readouterr().err
     assert main(["run", ECHO, "--for", "1ms", "--coverage", str(IMAGES / "echo-irq.elf")]) == 2
     assert "echo-irq.elf" in capsys.readouterr().err
+
+
+def test_damaged_line_tables_are_refused(tmp_path, capsys):
+    whole = (IMAGES / "echo-irq.elf").read_bytes()
+    with (IMAGES / "echo-irq.elf").open("rb") as file:
+        header = ELFFile(file).get_section_by_name(".debug_abbrev").header
+    image = tmp_path / "damaged.elf"
+    at, size = header["sh_offset"], header["sh_size"]
+    image.write_bytes(whole[: at + size // 2] + b"\xff" * (size // 2) + whole[at + size // 2 + size // 2 :])
+    assert main(["run", f"bluepill:{image}", "--for", "1ms", "--coverage", str(tmp_path / "x.info")]) == 2
+    assert "its line tables are damaged" in capsys.readouterr().err

@@ -77,7 +77,9 @@ def test_a_message_is_edited_and_sent(process_of, on_screen):
         await pilot.press("ctrl+s")
         assert app.screen is form
         form.query_one("#field-argument").value = "-25"
-        await pilot.pause()
+        form.query_one("#field-argument").focus()
+        await pilot.press("enter")
+        assert not process.sent
         await pilot.press("ctrl+s")
         await pilot.pause()
         frame = p2os.encode_command(p2os.Command(p2os.CommandNumber.RVEL, -25))

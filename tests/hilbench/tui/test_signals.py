@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from enum import IntFlag
 
 import pytest
 from hypothesis import example, given
@@ -85,6 +86,7 @@ def test_what_the_far_end_tells_has_its_unit(model_of):
             [],
         ),
         ("name", "P2", "name P2 ", []),
+        ("flags", IntFlag("Flags", "A B")(0), "flags 0 ", [0]),
     ],
 )
 def test_a_field_has_the_unit_that_its_protocol_says_else_the_one_that_ends_its_name(name, value, shown, numbers):
