@@ -38,7 +38,7 @@ class ComposeScreen(Dialog[bytes]):
         on = f" on the line '{self._frame.line}'" if self._frame.line else ""
         with Vertical(classes="dialog"):
             yield Label(f"Send {self._frame.item.name} to the target{on}")
-            with VerticalScroll(id="message"):
+            with VerticalScroll(id="message", can_focus=False):
                 yield from self._rows()
             yield Static(id="bytes")
             with Horizontal(classes="buttons"):
