@@ -46,7 +46,7 @@ def test_a_system_brings_its_own(asked):
 @pytest.mark.parametrize(
     ("name", "demo", "said"),
     [
-        ("tturn", "None", "hilbench: hilbench demo: no system 'tturn'; did you mean 'turn'?\n"),
+        ("tturn", "None", "hilbench: demo: no system 'tturn'; did you mean 'turn'?\n"),
         ("turn", "None", "hilbench: the system 'turn' brings no demo; these do: rover\n"),
         ("turn", "3", "hilbench: turn.py:9: Turn.demo() returns 3, and no Demo\n"),
         (

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 import select
+from itertools import count
 
 import pytest
 
@@ -11,7 +13,13 @@ from hilbench.tui import bench_process
 from hilbench.tui.bench_process import BenchProcess
 from hilbench.tui.model.follower import Follower
 
-EMULATED = pytest.mark.exhaustive("the gate has the session on the model of the rover; here firmware runs")
+EMULATED = pytest.mark.exhaustive("the session on the model of the rover, with firmware")
+MODEL = pytest.mark.exhaustive(
+    "hung once in a gate, where is not known; the gate presses the keys one by one (test_app)"
+)
+MOST_LOOKS = 15_000
+"""Only against hanging: some five minutes."""
+
 REJECTED = ("noise", "bad_syncs", "bad_crcs", "bad_lengths", "bad_terminators")
 
 
@@ -27,7 +35,9 @@ class Session:
 
     async def until(self, condition):
         """Look until something is so; the pause is for the bench's sake."""
+        looks = count()
         while self.app.model is None or not condition(self.app.model):
+            assert next(looks) < MOST_LOOKS, f"{inspect.getsource(condition)}\n{self.screen()}"
             assert not self.app.process.cause, self.app.process.cause
             select.select((), (), (), 0.02)
             self.app.look()
@@ -64,7 +74,7 @@ def rejected(model):
 
 @pytest.mark.slow("what a person does in a whole session, with a suite in processes of its own")
 @pytest.mark.real_time("a bench runs in a process of its own")
-@pytest.mark.parametrize("bench", ["rover-model", pytest.param("rover", marks=EMULATED)])
+@pytest.mark.parametrize("bench", [pytest.param("rover-model", marks=MODEL), pytest.param("rover", marks=EMULATED)])
 def test_a_session_by_keys(bench, tmp_path, monkeypatch, all_done):
     from hilbench.tui.app import Dashboard
 
