@@ -341,6 +341,23 @@ def parts_page() -> str:
     """Every kind of part with what it is joined by and what can be set."""
     return (
         "# Parts: what stands between a board and the world\n\n"
+        + _table(("Part", "What it is"), [(f"[{kind}](#{kind})", _idea(part_class(kind))) for kind in PARTS])
+        + "\nA part of your own: [python/plugins.md](python/plugins.md#a-part).\n\n"
+        "```toml\n"
+        "# near.toml: PA8 is high while something is less than half a metre away, ahead and 10 degrees to the left\n"
+        "version = 1\n\n"
+        "[targets.brain]\n"
+        'board = "bluepill"\n'
+        'firmware = "firmware.elf"\n\n'
+        "[world]\n"
+        'scene = "room-with-boxes"\n'
+        'vehicle = "pioneer-2dx"\n\n'
+        "[parts.front]\n"
+        'kind = "distance-switch"\n'
+        'pins = { out = "brain.PA8" }\n'
+        'signals = { range = "world.ray_4" }\n'
+        "settings = { threshold_m = 0.5 }\n"
+        "```\n\n"
         "In a bench file, `[parts.NAME]` with `kind`; `pins` joins terminals to pins (`brain.PB7`), other parts' "
         "terminals, `3v3` or `gnd`; `signals` joins quantities to those of the world (`world.ray_1`, see "
         "[vehicles.md](vehicles.md)) or to what another part gives (`driver.out_a`); `buses` joins an I2C slave to an "
@@ -359,6 +376,11 @@ def parts_page() -> str:
         "and one at the pins that it comes to are not, as a program may route it elsewhere: both answer.\n\n"
         + "\n".join(_part(kind, part_class(kind)) for kind in PARTS)
     )
+
+
+def _idea(part: type[Part]) -> str:
+    """The first sentence of its module."""
+    return " ".join((sys.modules[part.__module__].__doc__ or "").split("\n\n")[0].split())
 
 
 def _part(kind: str, part: type[Part]) -> str:

@@ -35,7 +35,7 @@ hilbench check --list --json -
 _NOTES = """
 -k takes words joined by and, or, not and parentheses. The id of a clause selects that clause. Any other word selects
 the cases with that text in their name, their suite, or the id or title of their clauses.
-Precedence of exit codes: 130, 5, 3, 1, 4, 0.
+Precedence of exit codes: 130, 5, 3, 2, 1, 4, 0.
 """
 
 
