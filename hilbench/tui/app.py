@@ -193,7 +193,7 @@ class Dashboard(Saving):
         head, guide = self.query_one(Head), self.query_one(Guide)
         head.model, head.now, head.said = self.model, self._headline(), self._pad.text
         head.look()
-        actions = self.process.actions if self.process.phase is Phase.LIVE else ()
+        actions = [*self.process.actions, *["check"] * bool(self.suites)] if self.process.phase is Phase.LIVE else ()
         guide.text = guide_view(self.model, actions, self.size.width, recorded=self.replay is not None)
         guide.display = self.process.phase is not Phase.ENDED
         guide.look()
@@ -410,11 +410,6 @@ class Dashboard(Saving):
 
     def action_check(self) -> None:
         """Ask for a suite and run it on a fresh bench of the same kind."""
-        about = self.process.about
-        suites = [str(suite) for suite in about.get("suites", ())]
-        if not suites:
-            self.say("this bench has no suite")
-            return
         if self.run_of_suite is not None and self.run_of_suite.code is None:
             self.say("a suite runs; 'Stop the suite' of ctrl+p ends it")
             return
@@ -424,13 +419,13 @@ class Dashboard(Saving):
                 return
             suite, select = asked
             self.process.send("mark", text=f"suite {suite} {select}".strip())
-            self.run_of_suite = CheckRun(str(about["file"]), suite, select)
+            self.run_of_suite = CheckRun(str(self.process.about["file"]), suite, select)
             if "checks" not in self.arrangement.seen(self.available(), len(PANES) if self._wide else 0):
                 self.zoomed = "checks"
             self.look()
             self.query_one(ChecksPane).focus()
 
-        self.push_screen(SuiteScreen({suite: self._examples(suite) for suite in suites}), run_it)
+        self.push_screen(SuiteScreen({suite: self._examples(suite) for suite in self.suites}), run_it)
 
     def _examples(self, suite: str) -> list[str]:
         """Return the first clauses of a suite, as far as a protocol of this bench has them."""

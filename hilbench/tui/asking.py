@@ -51,6 +51,11 @@ class Asking(Watching):
         """The keys that the system of the bench brings."""
         return () if self.model is None else self.model.dashboard.keys
 
+    @property
+    def suites(self) -> Sequence[str]:
+        """The suites that a fresh bench of this kind can be checked against."""
+        return tuple(map(str, self.process.about.get("suites", ())))
+
     def offer_keys(self) -> None:
         """Take these keys in the place of those of the bench before; they stand behind all others."""
         if self.keys == self._keys:
@@ -64,6 +69,8 @@ class Asking(Watching):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Offer only what the bench can do."""
         needed = self._needed(action, parameters)
+        if action == "check" and not self.suites:
+            return False
         if needed is None:
             wanted = OF_RECORDINGS.get(action)
             return wanted is None or wanted is (self.replay is not None)
@@ -88,7 +95,7 @@ class Asking(Watching):
             return "a recording obeys nobody"
         needed = self._needed(*actions.parse(action)[1:])
         if needed is None:
-            return "only a recording can be gone through"
+            return "this bench has no suite" if action == "check" else "only a recording can be gone through"
         if self.process.phase is not Phase.LIVE:
             return "the bench has ended" if self.process.phase is Phase.ENDED else "the bench is not there yet"
         return f"this bench has no '{needed}'"

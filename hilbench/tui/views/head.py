@@ -12,6 +12,7 @@ from hilbench.tui.views.words import DIM, HEAD
 __all__ = ["guide_view", "head_view", "target_words"]
 
 _BETWEEN = " │ "
+_DOWN = " DOWN"
 
 
 def head_view(model: BenchModel, now: str, width: int, said: str = "") -> Text:
@@ -23,12 +24,12 @@ def head_view(model: BenchModel, now: str, width: int, said: str = "") -> Text:
         width: cells in the line.
         said: what is said besides.
     """
-    faults = len(model.armed)
+    faults, down = len(model.armed), not all(line.about.get("up") for line in model.lines.values())
     parts = [
         target_words(model),
         *_lines(model),
         f"driver {model.driver.who}" if model.driver.who else "",
-        f"{faults} fault{'s' * (faults != 1)} on the line" if faults else "no faults",
+        f"{faults} fault{'s' * (faults != 1)} on the line" if faults else "" if down else "no faults",
         said,
     ]
     name = f" {model.name}"
@@ -44,8 +45,9 @@ def head_view(model: BenchModel, now: str, width: int, said: str = "") -> Text:
 
 
 def _least(shown: list[str]) -> int:
-    """Return which part is left out first: target and line say what does not change."""
-    return next((at for at, part in enumerate(shown) if not part.startswith("driver ") and "fault" not in part), 0)
+    """Return which part is left out first: target and line say what does not change, unless the line is down."""
+    kept = ("driver ", "fault", _DOWN)
+    return next((at for at, part in enumerate(shown) if not any(word in part for word in kept)), 0)
 
 
 def target_words(model: BenchModel) -> str:
@@ -63,7 +65,7 @@ def _lines(model: BenchModel) -> Iterator[str]:
     for name, line in model.lines.items():
         port = str(line.about.get("port", name))
         baud = f" {line.about['baud']}" if line.about.get("baud") else ""
-        state = "" if line.about.get("up") else " DOWN"
+        state = "" if line.about.get("up") else _DOWN
         yield f"{port if '/' in port or ':' in port else name}{baud}{state}"
 
 
@@ -72,7 +74,7 @@ def guide_view(model: BenchModel | None, actions: Collection[str], width: int, *
 
     Args:
         model: of the bench; None before anything is known of it.
-        actions: what the bench can do.
+        actions: what the bench can do, and `check` where it has a suite.
         width: cells in the line.
         recorded: whether it is a recording.
     """
@@ -100,7 +102,7 @@ def _recording(model: BenchModel) -> tuple[str, Keys]:
 
 def _live(model: BenchModel, actions: Collection[str]) -> tuple[str, Keys]:
     """Return what goes on, and the keys that matter most then."""
-    usual = [("i", "a fault")] * ("inject" in actions) + [("t", "checks")]
+    usual = [("i", "a fault")] * ("inject" in actions) + [("t", "checks")] * ("check" in actions)
     usual += [("M", "messages")] * bool(model.frames.protocols)
     world = model.world
     where = f" {world.vehicle}{f' ({world.scene})' if world.scene else ''}" if world.vehicle else ""

@@ -130,7 +130,9 @@ def _scale(low: float, high: float, unit: str, *, filled: bool) -> tuple[float, 
         low = 0.0
     if high < 0 and (filled or high > _NEAR_0 * low):
         high = 0.0
-    least = max(abs(low), abs(high)) * _LEAST_SHARE or 1.0
+    if low == high == 0:
+        return 0.0, 1.0
+    least = max(abs(low), abs(high)) * _LEAST_SHARE
     if high - low < least:
         middle = low / 2 + high / 2
         low, high = middle - least / 2, middle + least / 2

@@ -162,6 +162,15 @@ def test_figures_are_few_letters():
     assert figures == ["0.00", "0.00", "-0.12", "12.3", "1234", "2.5e+07"]
 
 
+def test_a_figure_that_is_always_0_stands_on_the_bottom_of_its_scale():
+    model = BenchModel({})
+    for number in range(20):
+        model.signals._put("level", "m", number * S // 10, 0.0)
+    lines = [line.plain for line in plots_view(model.signals, 60, 8, 2 * S, chosen=["level"])]
+    assert lines[1].split()[0] == "1.00"
+    assert lines[-2].split()[0] == "0.00"
+
+
 def test_a_gap_is_not_drawn_over(expect):
     model = BenchModel({})
     for number in [*range(40), *range(80, 120)]:

@@ -14,6 +14,7 @@ from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.views.above import world_view
 from hilbench.tui.views.canvas import Canvas
 from hilbench.tui.views.frames import frame_view
+from hilbench.tui.views.head import guide_view, head_view
 from hilbench.tui.views.pins import pins_view
 from hilbench.tui.views.status import LINE_ERRORS, clock_words, link_view, strip_view
 from hilbench.tui.views.words import bar, bytes_words, ns_words, rate_words, seconds
@@ -92,6 +93,24 @@ def test_the_strip_names_states_the_nearest_deadline_and_errors(model_of):
 
 
 # --- one frame, byte by byte
+
+
+@pytest.mark.parametrize("width", [100, 45])
+def test_a_line_that_is_down_is_said_first_and_without_it_that_there_are_no_faults(width):
+    model = BenchModel({"target": "it"})
+    link = {"kind": "link", "source": "host", "port": "/dev/ttyUSB0", "baud": 9600}
+    model.take([{**link, "ns": 0, "up": True}])
+    assert "no faults" in head_view(model, "1.0 s", 100).plain
+    model.take([{**link, "ns": 1, "up": False}])
+    shown = head_view(model, "1.0 s", width).plain
+    assert "no faults" not in shown
+    assert "/dev/ttyUSB0 9600 DOWN" in shown
+
+
+def test_a_bench_without_a_suite_offers_no_checks():
+    model = BenchModel({})
+    assert "checks" in guide_view(model, ["check"], 100, recorded=False).plain
+    assert "checks" not in guide_view(model, [], 100, recorded=False).plain
 
 
 def test_each_error_of_a_line_is_one_that_ports_count_and_is_told_once():
