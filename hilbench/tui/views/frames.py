@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from enum import Enum
 from itertools import cycle
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from rich.text import Text
@@ -21,6 +23,8 @@ __all__ = ["fields_text", "frame_view", "frames_view"]
 _WITH_SINCE = 50
 """With fewer columns there is no room for how long the frame before was ago (choice)."""
 _SHOWN_BYTES = 24
+_WIDEST = 12
+"""A field of no more letters than this is a column (choice)."""
 _BYTE_STYLES = ("cyan", "yellow", "green", "magenta")
 
 
@@ -45,18 +49,34 @@ def frames_view(
         line=max(len(row.frame.line) for row in shown),
         name=min(max(len(_name(row.frame)) for row in shown), max(8, width // 3)),
         times=max(len(_count(row)) for row in shown),
+        fields=_breadths(shown),
     )
     return [_row_line(row, columns, width, chosen=row.number == chosen) for row in shown]
 
 
+Breadths = Mapping[tuple[str, bool, str, str], int]
+
+
 class _Columns(NamedTuple):
-    """How wide the columns are, in cells."""
+    """How wide the columns are, in cells; those of the fields by message and field."""
 
     time: int
     since: int
     line: int
     name: int
     times: int
+    fields: Breadths
+
+
+def _breadths(shown: Sequence[FrameRow]) -> Breadths:
+    """Return how wide each field of each message is; a long one stands as it is, and those behind it move."""
+    breadths: dict[tuple[str, bool, str, str], int] = {}
+    for frame in (row.frame for row in shown if row.frame.good):
+        for one in frame.fields:
+            if len(one.text) <= _WIDEST:
+                key = *frame.message, one.name
+                breadths[key] = max(breadths.get(key, 0), len(one.text))
+    return breadths
 
 
 def _row_line(row: FrameRow, columns: _Columns, width: int, *, chosen: bool) -> Text:
@@ -75,7 +95,7 @@ def _row_line(row: FrameRow, columns: _Columns, width: int, *, chosen: bool) -> 
         " ",
         (f"{_count(row):<{columns.times}} " if columns.times else "", "yellow"),
         _answer(row),
-        fields_text(frame),
+        fields_text(frame, columns.fields),
     )
     line = fit(line, width)
     if chosen:
@@ -103,14 +123,21 @@ def _answer(row: FrameRow) -> Text:
     return Text.assemble(("to ", DIM), asked, (f" in {after}  ", DIM))
 
 
-def fields_text(frame: FrameModel) -> Text:
-    """Return what a frame says, field by field with their units; its bytes if it is not sound."""
+def fields_text(frame: FrameModel, breadths: Breadths = MappingProxyType({})) -> Text:
+    """Return what a frame says, field by field with their units; its bytes if it is not sound.
+
+    Args:
+        frame: which.
+        breadths: how many cells each field has, where they stand one below the other.
+    """
     if not frame.good:
         return Text(frame.item.raw[:_SHOWN_BYTES].hex(" ").upper(), BAD)
     said = Text()
     for one in frame.fields:
         said.append(f"{one.quantity.label} ", DIM)
-        said.append(one.text)
+        breadth = breadths.get((*frame.message, one.name), 0)
+        number = isinstance(one.value, int | float) and not isinstance(one.value, bool | Enum)
+        said.append(f"{one.text:>{breadth}}" if number else f"{one.text:<{breadth}}")
         said.append(f" {one.quantity.unit}  " if one.quantity.unit else "  ", DIM)
     return said
 

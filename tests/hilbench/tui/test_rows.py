@@ -77,3 +77,13 @@ def test_columns_are_aligned_and_times_have_their_milliseconds_after_a_minute_to
     assert "rpm 1.5 0 1.5 0 rpm" in lines[0]
     assert "!! " in lines[2]
     assert frames_view(rows_of(frames), 90, 9)[2].spans[-1].style == "bold red"
+
+
+def test_the_figures_of_a_message_stand_one_below_the_other(frames_of):
+    status = [pkt.encode_frame(pkt.encode_report(pkt.GeneralReport(accepted=count))) for count in (7, 250, 40)]
+    frames = frames_of(*((10 * number, "<", data) for number, data in enumerate(status)))
+    lines = [line.plain for line in frames_view(rows_of(frames, fold=False), 200, 9)]
+    ends = {line.index("accepted ") + len("accepted ") + 3 for line in lines}
+    assert len(lines) == 3
+    assert len(ends) == 1
+    assert [line[end - 3 : end] for line in lines for end in ends] == ["  7", "250", " 40"]
