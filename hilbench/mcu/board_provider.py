@@ -93,10 +93,17 @@ class BoardProvider:
         """Name the bench, its boards and its physics."""
         bench_file = self._shared.bench_file
         boards = ", ".join(f"{emulated.board_name} ({emulated.timing})" for emulated in bench_file.boards.values())
-        world = bench_file.world
-        physics = describe_physics(world.physics, world.step_hz) if bench_file.has_world else "none"
-        about = self._shared.describe(f"emulated {boards}", physics)
+        about = self._shared.describe(f"emulated {boards}", self._physics())
         return {**about, "instead": self._images.text} if self._images.text else about
+
+    def _physics(self) -> str:
+        """Name the physics of the bench, and of each variant that has another."""
+        named = {
+            name: describe_physics(variant.world.physics, variant.world.step_hz) if variant.has_world else "none"
+            for name, variant in self._variants.items()
+        }
+        others = (f"{text} in {name}" for name, text in named.items() if text not in {named[""], "none"})
+        return "; ".join([named[""], *others])
 
     def observed(self) -> Observations:
         """Return what there is to note of the firmware, over all cases so far."""
@@ -166,9 +173,11 @@ class BoardProvider:
 
     @cached_property
     def _variants(self) -> Mapping[str, BenchFile]:
-        """Every bench there is, the one that was asked for under the empty name."""
+        """Every bench there is, the one that was asked for under the empty name; they have the physics that was set."""
         bench_file = self._shared.bench_file
-        return {"": bench_file} | {name: read_bench(path) for name, path in bench_file.variants.items()}
+        physics = [change for change in bench_file.changes if change.path == ("world", "physics")]
+        others = {name: read_bench(path, changes=physics) for name, path in bench_file.variants.items()}
+        return {"": bench_file} | others
 
     def _bench_file(self, setup: CaseSetup, scene: str) -> BenchFile:
         bench_file = self._variants[setup.variant]

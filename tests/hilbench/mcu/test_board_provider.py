@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import re
+
+import pytest
+
 from hilbench.cli import main
 from targets.firmware import image_path
 
@@ -65,3 +70,39 @@ def test_a_variant_without_the_program_makes_a_case_not_applicable(tmp_path, cap
     (tmp_path / "suite.py").write_text(f"FILES = {{}}\n{suite}")
     assert main(["check", str(tmp_path / "base.toml")]) == 4
     assert "n/a" in capsys.readouterr().out
+
+
+WORLD = """
+[world]
+vehicle = "pioneer-2dx"
+scene = "empty"
+physics = "{physics}"
+[parts.motor]
+kind = "motor-code"
+pins = {{ comm1 = "first.PB7", comm2 = "first.PB6", comm3 = "first.PB5" }}
+signals = {{ speed = "world.wheel_left" }}
+"""
+OF_THERE = """
+from hilbench.check import CaseSetup, case
+
+@case("X1", text="It has a physics.", source="here", setup=CaseSetup(variant="there"))
+def test_physics(bench):
+    assert [board.emulated.bench_file.world.physics for board in bench.boards.values()] == ["{physics}"] * 2
+"""
+
+
+@pytest.mark.needs_mujoco
+@pytest.mark.parametrize(
+    ("words", "physics", "said"),
+    [
+        ([], "mujoco", r"plane at 240 Hz \(.*\); mujoco \(MuJoCo .*\) at 240 Hz in there"),
+        (["--set", "world.physics=plane"], "plane", r"plane at 240 Hz \([^;]*\)"),
+    ],
+)
+def test_a_physics_that_is_set_is_that_of_the_variants_too(tmp_path, capsys, words, physics, said):
+    board, report = BENCH.format(ours=OURS, other=OTHER), tmp_path / "report.json"
+    (tmp_path / "there.toml").write_text(board + WORLD.format(physics="mujoco"))
+    (tmp_path / "base.toml").write_text(f'{board}{WORLD.format(physics="plane")}[variants]\nthere = "there.toml"\n')
+    (tmp_path / "suite.py").write_text(OF_THERE.format(physics=physics))
+    assert main(["check", str(tmp_path / "base.toml"), "--json", str(report), *words]) == 0, capsys.readouterr()
+    assert re.fullmatch(said, json.loads(report.read_text())["bench"]["physics"])
