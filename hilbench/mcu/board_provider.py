@@ -35,6 +35,7 @@ from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.system import System
 from hilbench.terminal.options import TargetChoice
 from targets.boards import Board, board_names
+from worlds import default_physics
 
 __all__ = ["BoardProvider"]
 
@@ -93,17 +94,14 @@ class BoardProvider:
         """Name the bench, its boards and its physics."""
         bench_file = self._shared.bench_file
         boards = ", ".join(f"{emulated.board_name} ({emulated.timing})" for emulated in bench_file.boards.values())
-        about = self._shared.describe(f"emulated {boards}", self._physics())
-        return {**about, "instead": self._images.text} if self._images.text else about
-
-    def _physics(self) -> str:
-        """Name the physics of the bench, and of each variant that has another."""
         named = {
             name: describe_physics(variant.world.physics, variant.world.step_hz) if variant.has_world else "none"
             for name, variant in self._variants.items()
         }
-        others = (f"{text} in {name}" for name, text in named.items() if text not in {named[""], "none"})
-        return "; ".join([named[""], *others])
+        about = self._shared.describe(f"emulated {boards}", named[""])
+        others = {f"physics of {name}": text for name, text in named.items() if text not in {named[""], "none"}}
+        instead = {"instead": self._images.text} if self._images.text else {}
+        return {**about, **others, **instead}
 
     def observed(self) -> Observations:
         """Return what there is to note of the firmware, over all cases so far."""
@@ -173,11 +171,16 @@ class BoardProvider:
 
     @cached_property
     def _variants(self) -> Mapping[str, BenchFile]:
-        """Every bench there is, the one that was asked for under the empty name; they have the physics that was set."""
+        """Every bench there is, the one that was asked for under the empty name."""
         bench_file = self._shared.bench_file
-        physics = [change for change in bench_file.changes if change.path == ("world", "physics")]
-        others = {name: read_bench(path, changes=physics) for name, path in bench_file.variants.items()}
-        return {"": bench_file} | others
+        return {"": bench_file} | {name: self._variant(path) for name, path in bench_file.variants.items()}
+
+    def _variant(self, path: Path) -> BenchFile:
+        """Read another bench of these cases; a physics that was set is that of this one, too, unless it has its own."""
+        variant = read_bench(path)
+        physics = [change for change in self._shared.bench_file.changes if change.path == ("world", "physics")]
+        own = variant.world.physics != default_physics()
+        return read_bench(path, changes=physics) if physics and not own else variant
 
     def _bench_file(self, setup: CaseSetup, scene: str) -> BenchFile:
         bench_file = self._variants[setup.variant]
