@@ -8,8 +8,8 @@ import pytest
 
 from targets.robots.pioneer.motion import MODES, Mode, Motion, Order
 from targets.robots.pioneer.odometry import Travel
-from targets.robots.pioneer.session_limits import SessionLimits
 from targets.robots.pioneer.settings import RobotSettings
+from targets.robots.pioneer.speed_limits import SessionLimits
 from tests.each import each
 
 SETTINGS = RobotSettings()

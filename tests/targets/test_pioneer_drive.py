@@ -120,7 +120,7 @@ def test_direct_wheels(make_rig, frame: str, left: int, right: int) -> None:
 
 
 @pytest.mark.parametrize("packing", list(BytePacking))
-def test_direct_wheels_are_clipped_to_the_session_limits(ready, packing: BytePacking) -> None:
+def test_direct_wheels_are_clipped_to_the_speed_limits(ready, packing: BytePacking) -> None:
     sips = alive(ready, vel2(2540, 2540, packing=packing), 4.0)
     assert (sips[-1].left_raw, sips[-1].right_raw) == (600, 600)
     sips = alive(ready, vel2(-2540, 2540, packing=packing), 6.0)

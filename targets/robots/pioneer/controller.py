@@ -13,9 +13,9 @@ from targets.robots.pioneer.hostbaud import HostBaud
 from targets.robots.pioneer.motion import Motion
 from targets.robots.pioneer.odometry import Odometer
 from targets.robots.pioneer.requests import RequestBook
-from targets.robots.pioneer.session_limits import SessionLimits
 from targets.robots.pioneer.settings import RobotSettings
 from targets.robots.pioneer.sonar import SonarArrays
+from targets.robots.pioneer.speed_limits import SessionLimits
 from targets.robots.pioneer.stall import WheelStall
 from targets.robots.pioneer.userio import UserIo
 

@@ -22,8 +22,8 @@ import math
 from targets.robots.pioneer.axis import HALT, REST, Axis, Goal, PositionGoal, Servo, SpeedGoal
 from targets.robots.pioneer.odometry import Travel
 from targets.robots.pioneer.profile import Limits
-from targets.robots.pioneer.session_limits import SessionLimits
 from targets.robots.pioneer.settings import RobotSettings
+from targets.robots.pioneer.speed_limits import SessionLimits
 
 
 class Mode(enum.Enum):

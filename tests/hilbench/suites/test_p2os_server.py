@@ -37,8 +37,8 @@ from targets.robots.pioneer.bumpers import BumpGuard
 from targets.robots.pioneer.controller import Controller
 from targets.robots.pioneer.hostbaud import HostBaud
 from targets.robots.pioneer.motion import Motion
-from targets.robots.pioneer.session_limits import SessionLimits
 from targets.robots.pioneer.sonar import SonarArrays
+from targets.robots.pioneer.speed_limits import SessionLimits
 from tests.each import each
 
 SETTLE_S = 0.3
