@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 from pathlib import Path
 
 import pytest
@@ -25,7 +26,16 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_the_page_has_its_files():
-    assert list(FILES) == ["tiny.py", "echo.py", "test_echo.py", "echo.toml", "turn.py", "test_turn.py", "turn.toml"]
+    assert list(FILES) == [
+        "tiny.py",
+        "crc.py",
+        "echo.py",
+        "test_echo.py",
+        "echo.toml",
+        "turn.py",
+        "test_turn.py",
+        "turn.toml",
+    ]
 
 
 def test_its_frames_are_decoded_as_it_shows(hilbench, folder):
@@ -35,6 +45,10 @@ def test_its_frames_are_decoded_as_it_shows(hilbench, folder):
     code, out, err = hilbench(*words[:2], "line.hex", *words[2:])
     assert code == 1
     assert out + err == shown
+
+
+def test_its_crc_is_as_it_says(folder):
+    runpy.run_path(str(folder / "crc.py"))  # it asserts a frame
 
 
 def test_its_bench_is_checked_and_its_rule_finds_what_breaks_it(hilbench, folder):
