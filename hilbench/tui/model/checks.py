@@ -103,10 +103,13 @@ class ChecksModel:
                 self._set(str(event["verdict"]), str(event.get("cause", "")))
 
     def take_report(self, report: Event) -> None:
-        """Take the report of ``hilbench check --json``: it says all there is to say."""
+        """Take the report of ``hilbench check --json``: it says all there is to say, also where no plan has come."""
         self.report = report
+        for case in report["cases"]:
+            self.rows.pop(case["id"], None)
         for clause in report["clauses"]:
             row = self.rows.setdefault(clause["id"], CheckedModel(clause["id"]))
+            row.cases |= {case["id"]: case["verdict"] for case in report["cases"] if clause["id"] in case["clause_ids"]}
             row.suite, row.level, row.title = clause["suite"], clause["level"], clause["title"]
             row.verdict, row.cause, row.about = clause["verdict"], clause["cause"], clause
             row.unseen = tuple(clause.get("by_own_report", ()))

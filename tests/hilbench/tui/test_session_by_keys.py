@@ -14,9 +14,6 @@ from hilbench.tui.bench_process import BenchProcess
 from hilbench.tui.model.follower import Follower
 
 EMULATED = pytest.mark.exhaustive("the session on the model of the rover, with firmware")
-MODEL = pytest.mark.exhaustive(
-    "hung once in a gate, where is not known; the gate presses the keys one by one (test_app)"
-)
 MOST_LOOKS = 15_000
 """Only against hanging: some five minutes."""
 
@@ -74,7 +71,7 @@ def rejected(model):
 
 @pytest.mark.slow("what a person does in a whole session, with a suite in processes of its own")
 @pytest.mark.real_time("a bench runs in a process of its own")
-@pytest.mark.parametrize("bench", [pytest.param("rover-model", marks=MODEL), pytest.param("rover", marks=EMULATED)])
+@pytest.mark.parametrize("bench", ["rover-model", pytest.param("rover", marks=EMULATED)])
 def test_a_session_by_keys(bench, tmp_path, monkeypatch, all_done):
     from hilbench.tui.app import Dashboard
 

@@ -243,6 +243,21 @@ def test_what_is_known_of_a_run_does_not_depend_on_when_its_plan_comes(cut):
     assert checks.rows["B1"].cause == "it came 2 s late"
 
 
+def test_a_run_that_ends_before_its_plan_has_come_shows_clauses_and_no_cases():
+    """On a busy host the shorter of the two processes may end last."""
+    checks = ChecksModel()
+    for event in TOLD:
+        checks.take(event)
+    about = {"suite": "s", "level": "must", "title": "", "cause": ""}
+    clauses = [{**about, "id": name, "verdict": verdict} for name, verdict in (("A1", "pass"), ("B1", "fail"))]
+    cases = [
+        {"id": "s/a", "clause_ids": ["A1"], "verdict": "pass"},
+        {"id": "s/b", "clause_ids": ["B1"], "verdict": "fail"},
+    ]
+    checks.take_report({"cases": cases, "clauses": clauses})
+    assert {row.id: row.cases for row in checks.rows.values()} == {"A1": {"s/a": "pass"}, "B1": {"s/b": "fail"}}
+
+
 def test_a_run_is_shown_while_it_goes_on_and_after(expect):
     checks = ChecksModel()
     checks.plan(PLAN)
@@ -256,7 +271,7 @@ def test_a_run_is_shown_while_it_goes_on_and_after(expect):
         "worst_margin": {"name": "B1 came after", "value": 3.0, "unit": "s", "high": 1.0, "margin": -2.0},
         "reproduce": "hilbench check own -k B1",
     }  # fmt: skip
-    checks.take_report({"clauses": [clause], "exit_meaning": "the target violates a clause"})
+    checks.take_report({"cases": [], "clauses": [clause], "exit_meaning": "the target violates a clause"})
     after = [line.plain for line in checks_view(checks, 70, 6, chosen="B1")]
     whole = [line.plain for line in clause_view(checks.rows["B1"], 40)]
     expect("checks", [*going, "", *after, "", *whole])
@@ -269,10 +284,10 @@ def test_what_a_target_only_says_of_itself_is_marked_before_and_after_the_report
     mark = "by its own report: "
     assert f"{mark}does B1" in checks_view(checks, 70, 6)[1].plain
     clause = {"id": "B1", "suite": "s", "level": "must", "title": "does B1", "verdict": "pass", "cause": ""}
-    checks.take_report({"clauses": [{**clause, "by_own_report": ["duty"]}]})
+    checks.take_report({"cases": [], "clauses": [{**clause, "by_own_report": ["duty"]}]})
     assert f"{mark}does B1" in checks_view(checks, 70, 6)[1].plain
     assert f"{mark}nobody saw duty" in [line.plain for line in clause_view(row, 70)]
-    checks.take_report({"clauses": [clause]})
+    checks.take_report({"cases": [], "clauses": [clause]})
     assert mark not in "".join(line.plain for line in (*checks_view(checks, 70, 6), *clause_view(row, 70)))
 
 
