@@ -151,13 +151,15 @@ def open_and_leave(words, folder):
         os.close(inside)
         seen = ""
         while "Leave it how?" not in seen:  # a dashboard whose bench has not begun yet asks nothing
-            if select.select((descriptor,), (), (), 1)[0] and process.poll() is None:
-                seen += os.read(descriptor, 65536).decode(errors="replace")
+            try:
+                if select.select((descriptor,), (), (), 1)[0]:
+                    seen += os.read(descriptor, 65536).decode(errors="replace")
+            except OSError:  # it has left its terminal: a recording asks nothing
+                os.close(descriptor)
+                return process.wait()
             if "Quit" in seen:
                 os.write(descriptor, b"q")
                 seen = seen.rpartition("Quit")[2]
-            if process.poll() is not None:  # a recording asks nothing
-                return process.wait()
         os.write(descriptor, b"s")
         with contextlib.suppress(OSError):  # a terminal that nobody has any more
             while os.read(descriptor, 65536):
