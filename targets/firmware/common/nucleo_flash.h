@@ -5,8 +5,8 @@
 // interrupts, by DMA. USART3 (the ST-LINK's virtual COM port, 115200 8N1) says what was found; LD1 is lit when all is well.
 //
 // The program of one board: included once, by a file that has the registers and clocks of its chip, and says how fast the
-// core runs (CORE_HZ), where DMA reaches two pages of memory (PAGES), how many words a chip's DMA moves at a time (DMA_COUNT),
-// how to open gates and pins (open_gates) and to move words over SPI1 (exchange).
+// core runs (CORE_HZ), where DMA reaches two pages of memory (PAGES), how many words go by DMA (DMA_COUNT), how to
+// start the cycle counter (COUNTER_START), how to open gates and pins (open_gates) and to move words over SPI1 (exchange).
 
 #pragma once
 
@@ -154,7 +154,7 @@ static const char *try_page(enum way way, uint32_t address)
 int main(void)
 {
     static const char *const names[] = {"polled", "by interrupt", "by dma"};
-    cycles_start();
+    COUNTER_START();
     clock_start();
     open_gates();
     pin_write('D', CS, true);

@@ -12,6 +12,8 @@
 static uint8_t pages[512] __attribute__((aligned(4)));
 #define PAGES pages
 
+#define COUNTER_START cycles_start
+
 #include "nucleo_flash.h"
 
 enum { DMA2_STREAM0_IRQ = 56 };

@@ -70,6 +70,11 @@ class SpiWire:
         for signal in (self._sck, self._mosi):
             signal.on_watch = self._watched
 
+    @property
+    def under_way(self) -> bool:
+        """Whether a word is."""
+        return self._under_way is not None
+
     def idle(self, cpol: bool) -> None:
         """Be a master that waits: SCK stands at its idle level, MOSI where it was, low at first (choice)."""
         self._cpol = cpol

@@ -66,9 +66,9 @@ def test_it_is_identified_erased_programmed_and_read_in_three_ways(run):
     assert not emulated.notes()
 
 
-@pytest.mark.parametrize("chip", ["f767"])
+@pytest.mark.parametrize("chip", ["f767", "h753"])
 def test_on_a_nucleo(run, chip):
-    """By the manual's own procedures: two words with each access, and an odd number of them by DMA."""
+    """By the manuals' own procedures: several words with each access, and by DMA no multiple of them."""
     said, emulated = run(NUCLEO_FLASH, bench=nucleo(chip), usart="usart3")
     assert said == ["identity 0xef4017", "polled: ok", "by interrupt: ok", "by dma: ok"]
     flash = emulated.surroundings.parts.by_name["flash"]

@@ -7,6 +7,7 @@ import pytest
 from targets.mcu.services import Watch
 from targets.mcu.stm32.spi_fifo import FifoSpi
 from targets.mcu.testing import FakeChip, peek, poke
+from tests.targets.mcu.stm32.spi.packet_rig import PacketRig
 from tests.targets.mcu.stm32.spi.slave import Slave
 
 FLAGS = {0: "RXNE", 1: "TXE", 4: "CRCERR", 5: "MODF", 6: "OVR", 7: "BSY", 8: "FRE"}
@@ -88,3 +89,15 @@ def rig():
 def make_rig():
     """The class."""
     return Rig
+
+
+@pytest.fixture
+def packets():
+    """An interface of an H753."""
+    return PacketRig()
+
+
+@pytest.fixture(scope="session")
+def make_packets():
+    """The class."""
+    return PacketRig
