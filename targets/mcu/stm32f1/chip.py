@@ -175,6 +175,7 @@ class Stm32f103(BasicChip):
             size=board.variant.flash_bytes,
             page=self.DENSITY.page_bytes,
             hsi_on=self.rcc.hsi_on,
+            waits=not self.DENSITY.value_line,
         )
         self.bkp = Bkp(0x4000_6C00, services, backup_writable=self.pwr.backup_writable, density=self.DENSITY)
         self.rtc = Rtc(
