@@ -17,6 +17,7 @@ from targets.mcu.i2c_contest import Contest
 from targets.mcu.stm32.exti import Exti
 from targets.mcu.stm32.i2c_wire import Wire
 from targets.mcu.stm32.iwdg import Iwdg
+from targets.mcu.stm32.mco import Choice
 from targets.mcu.stm32.oscillator import Oscillator
 from targets.mcu.stm32.rcc import BasicRcc
 from targets.mcu.stm32.spi_base import BasicSpi
@@ -32,6 +33,7 @@ from targets.mcu.stm32f1.adc import Adc
 from targets.mcu.stm32f1.adc_dual import Dual
 from targets.mcu.stm32f1.adc_unit import F1Unit
 from targets.mcu.stm32f1.bkp import Bkp
+from targets.mcu.stm32f1.chip import Stm32f103
 from targets.mcu.stm32f1.crc import Crc
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import Gpio
@@ -186,6 +188,13 @@ DEFECTS = [
     Defect("CRH survives a reset", "rtc", Rtc, "reset", "self[CRH], self[CRL] = 0, RTOFF", "self[CRL] = RTOFF"),
     Defect("BDRST is not looked at", "rtc", Rtc, "reset_backup", "self._clear()", "pass"),
     Defect("ALR can be read", "rtc", Rtc, "read_ALRL", "return 0", "return self._alarm & 0xFFFF"),
+    Defect("RTCCLK is not divided", "rtc-output", Choice, "rate", "clocks[clock] / divider", "clocks[clock]"),
+    Defect("nothing is put out", "rtc-output", Stm32f103, "_rtc_puts_out", "carries=True", "pull=True"),
+    Defect("the pin is kept", "rtc-output", Stm32f103, "_rtc_puts_out", "pin.unclaim()", "pass"),
+    Defect("a second is told once", "rtc-output", Rtc, "_plan", "and not self._told & flag", ""),
+    Defect("a pulse never ends", "rtc-output", Rtc, "_rise", "self.on_pulse(False)", "None"),
+    Defect("an alarm is every second", "rtc-output", Bkp, "_put_out", "SECF if chosen & ASOS else ALRF", "SECF"),
+    Defect("BDRST leaves the output", "rtc-output", Bkp, "reset_backup", "self._put_out()", "pass"),
     # --- SPI
     Defect(
         "words take half as long",

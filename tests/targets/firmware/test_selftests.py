@@ -25,6 +25,7 @@ CHECKS = {
     "pwr-bkp": 22,
     "rcc": 57,
     "rtc": 26,
+    "rtc-output": 9,
     "smbus": 32,
     "spi": 48,
     "systick": 21,
