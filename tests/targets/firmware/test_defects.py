@@ -28,6 +28,7 @@ from targets.mcu.stm32.tim.counting import Counting
 from targets.mcu.stm32.tim.effects import TimerEffects
 from targets.mcu.stm32.tim.timer import Timer
 from targets.mcu.stm32.usart_base import UsartBase
+from targets.mcu.stm32.usart_clock import ClockPin
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f1.adc import Adc
 from targets.mcu.stm32f1.adc_dual import Dual
@@ -55,6 +56,23 @@ DEFECTS = [
     Defect(
         "one wire: nothing is heard of oneself", "usart", UsartBase, "_frame_begins", "self._rx.receive(frame)", "pass"
     ),
+    Defect("no clock", "usart-clock", ClockPin, "begin", "if not self._control & CLKEN", "if True"),
+    Defect("CPOL is not looked at", "usart-clock", ClockPin, "set", "bool(control & CPOL) if", "False if"),
+    Defect("CPOL turns no pulse over", "usart-clock", ClockPin, "begin", "not self._control & CPOL", "True"),
+    Defect("CPHA is not looked at", "usart-clock", ClockPin, "begin", "0 if self._control & CPHA else", ""),
+    Defect("LBCL is not looked at", "usart-clock", ClockPin, "begin", "bits if self._control & LBCL else", ""),
+    Defect("stop bits have a pulse", "usart-clock", ClockPin, "begin", "last + 1)", "last + 2)"),
+    Defect("sampled at the end of bits", "usart-clock", ClockPin, "begin", "16 * bit + _HALF for", "16 * bit + 16 for"),
+    Defect("nothing comes in", "usart-clock", ClockPin, "_sample", "self._take(self._word)", "pass"),
+    Defect(
+        "frames come in as without a clock",
+        "usart-clock",
+        Usart,
+        "_run",
+        "wanted & ~RE if clocked else wanted",
+        "wanted",
+    ),
+    Defect("a break has a clock", "usart-clock", Usart, "_frame_begins", "if not self._kept.frame_is_break", "if True"),
     # --- ADC
     Defect("sampling always takes 1.5 clocks", "adc", F1Unit, "_sampling", "return self", "return 0 and self"),
     Defect("13 clocks of conversion", "adc", F1Unit, "_conversion_halves", "bits + 1", "bits + 300"),

@@ -34,6 +34,7 @@ CHECKS = {
     "tim1": 54,
     "unaligned": 5,
     "usart": 98,
+    "usart-clock": 18,
     "wwdg": 18,
 }
 
