@@ -21,6 +21,7 @@ from targets.mcu.registers import Peripheral
 from targets.mcu.services import DmaRequest, InputSignal, IrqLine, Services
 from targets.mcu.signals import Signals
 from targets.mcu.stm32 import exti
+from targets.mcu.stm32.adc_noise import ADC_STEPS, AdcNoise
 from targets.mcu.stm32.chip import BasicChip
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.tim.kinds import HIGH_DENSITY_KINDS, KINDS, Kind
@@ -240,8 +241,9 @@ class Stm32f103(BasicChip):
         self.usarts = {usart.name: usart for usart in usarts}
         self._timers = self._make_timers()
         adc_irqs = {irq: SharedIrq(services.irq(irq)) for name, (_, irq) in ADCS.items() if name in there}
+        noise = AdcNoise(board.adc_noise_lsb * pins.vdd_volts / ADC_STEPS, board.name)
         self.adcs = {
-            name: Adc(name, base, services, pins=pins, irq=adc_irqs[irq], remapped=self.afio.trigger_moved)
+            name: Adc(name, base, services, pins=pins, irq=adc_irqs[irq], remapped=self.afio.trigger_moved, noise=noise)
             for name, (base, irq) in ADCS.items()
             if name in there
         }

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from targets.mcu.pins import Pins
 from targets.mcu.services import Services
 from targets.mcu.stm32.adc import Adc
+from targets.mcu.stm32.adc_noise import QUIET, AdcNoise
 from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dma_requests import Channels, Requests
 from targets.mcu.stm32.i2c import I2c
@@ -116,7 +117,9 @@ def spis(services: Services, requests: Requests) -> tuple[FifoSpi, ...]:
     )
 
 
-def adcs(services: Services, requests: Requests, pins: Pins, enabled: Callable[[int], bool]) -> Adc:
+def adcs(
+    services: Services, requests: Requests, pins: Pins, enabled: Callable[[int], bool], noise: AdcNoise = QUIET
+) -> Adc:
     """Return the three ADCs, whose reference VREF+ is the supply of the pads (UM1974, SB12)."""
     return Adc(
         0x4001_2000,
@@ -129,6 +132,7 @@ def adcs(services: Services, requests: Requests, pins: Pins, enabled: Callable[[
         reference_volts=pins.vdd_volts,
         triggers=adc_inputs.REGULAR_TRIGGERS,
         injected_triggers=adc_inputs.INJECTED_TRIGGERS,
+        noise=noise,
         enabled=enabled,
     )
 

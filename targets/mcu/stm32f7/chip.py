@@ -132,7 +132,7 @@ class Stm32f767(M7Chip):
             *self._timers.values(),
             low_power_timer(services, self._tree),
             *dma_controllers(services, self._requests),
-            adcs(services, self._requests, self.pins, self.rcc.adc_enabled),
+            adcs(services, self._requests, self.pins, self.rcc.adc_enabled, self._adc_noise(board)),
             *absent_peripherals(services),
         )
 

@@ -10,6 +10,7 @@ from types import MappingProxyType
 from targets.mcu.pins import Pins
 from targets.mcu.services import Services
 from targets.mcu.stm32.adc16 import Adc16
+from targets.mcu.stm32.adc_noise import QUIET, AdcNoise
 from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dma_requests import Requests
 from targets.mcu.stm32.dmamux import DmaMux, Outlets
@@ -189,7 +190,9 @@ def dma_controllers(
     return mux, first, second
 
 
-def adcs(services: Services, requests: Requests, pins: Pins, kernel_hz: KernelHz) -> tuple[Adc16, Adc16]:
+def adcs(
+    services: Services, requests: Requests, pins: Pins, kernel_hz: KernelHz, noise: AdcNoise = QUIET
+) -> tuple[Adc16, Adc16]:
     """Return ADC1 with ADC2, and ADC3; their reference VREF+ is the supply of the pads (UM2407, VREF+)."""
     first, second = (
         Adc16(
@@ -205,6 +208,7 @@ def adcs(services: Services, requests: Requests, pins: Pins, kernel_hz: KernelHz
             reference_volts=pins.vdd_volts,
             triggers=adc_inputs.REGULAR_TRIGGERS,
             injected_triggers=adc_inputs.INJECTED_TRIGGERS,
+            noise=noise,
         )
         for name, base, units, irq in (
             ("ADC12", 0x4002_2000, ("ADC1", "ADC2"), 18),

@@ -148,7 +148,7 @@ class Stm32h753(M7Chip):
             *self._timers.values(),
             *low_power_timers(services, self._tree.low_power_hz, self.exti.unmasks),
             *dma_controllers(services, self._requests, self.core.data_may_be_cached),
-            *adcs(services, self._requests, self.pins, self._tree.kernel_hz),
+            *adcs(services, self._requests, self.pins, self._tree.kernel_hz, self._adc_noise(board)),
             *self.i2cs.values(),
             *self.spis.values(),
             *absent_peripherals(services, crypto=board.variant.name.startswith("STM32H753")),
