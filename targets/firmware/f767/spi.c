@@ -141,7 +141,7 @@ static void errors(void)
     check_equal("SR-and-CR1-end-it", SPI1->SR & SR_MODF, 0);
 }
 
-// --- NSS (35.5.5, 35.5.12)
+// --- NSS (35.5.5, 35.5.12, 35.5.13)
 
 static void slave_select(void)
 {
@@ -159,6 +159,20 @@ static void slave_select(void)
     idle();
     check("low-within-one", !within && !second);
     check("a-pulse-between-two", between && busy);
+
+    restart(CR1_MSTR | CR1_CPOL | SLOW, CR2_DS(8) | CR2_FRF); // 35.5.13
+    bool rest = pin_read('A', NSS), clock_rest = pin_read('A', SCK);
+    SPI1_DR16 = 0;
+    wait_cycles(CLOCK(7) / 2);
+    bool announced = pin_read('A', NSS);
+    wait_cycles(CLOCK(7));
+    within = pin_read('A', NSS);
+    wait_cycles(8 * CLOCK(7));
+    second = pin_read('A', NSS);
+    idle();
+    check("ti-mode-rests-low", !rest && !clock_rest && !pin_read('A', NSS));
+    check("a-pulse-announces-each-word", announced && !within && second);
+    check_equal("two-came", SPI1->SR, SR_TXE | SR_RXNE | SR_FRLVL(2));
     pin_mode('A', NSS, PIN_INPUT);
 }
 

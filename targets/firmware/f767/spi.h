@@ -46,6 +46,7 @@ enum {
     CR2_TXDMAEN = 1u << 1,
     CR2_SSOE = 1u << 2,
     CR2_NSSP = 1u << 3,
+    CR2_FRF = 1u << 4,
     CR2_RXNEIE = 1u << 6,
     CR2_TXEIE = 1u << 7,
     CR2_FRXTH = 1u << 12,

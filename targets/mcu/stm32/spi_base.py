@@ -37,6 +37,7 @@ __all__ = [
     "CRCNEXT",
     "CRCPR",
     "DR",
+    "FRE",
     "I2SCFGR",
     "I2SMOD",
     "I2SPR",
@@ -62,7 +63,7 @@ CPHA, CPOL, MSTR, SPE, LSBFIRST, SSI, SSM, RXONLY, LENGTH, CRCNEXT, CRCEN, BIDIO
     1 << bit for bit in (0, 1, 2, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)
 )
 RXDMAEN, TXDMAEN, SSOE, ERRIE, RXNEIE, TXEIE = (1 << bit for bit in (0, 1, 2, 5, 6, 7))
-RXNE, TXE, CRCERR, MODF, OVR, BSY = (1 << bit for bit in (0, 1, 4, 5, 6, 7))
+RXNE, TXE, CRCERR, MODF, OVR, BSY, FRE = (1 << bit for bit in (0, 1, 4, 5, 6, 7, 8))  # FRE: not of the STM32F1
 I2SMOD = 1 << 11
 
 _SLAVE = "a slave is not clocked by the edges at its pins"
@@ -236,15 +237,27 @@ class BasicSpi(Peripheral):
     def _drives_nss(self) -> bool:
         return bool(self[CR2] & SSOE and not self[CR1] & SSM)
 
+    @property
+    def _cpol(self) -> bool:
+        return bool(self[CR1] & CPOL)
+
+    @property
+    def _cpha(self) -> bool:
+        return bool(self[CR1] & CPHA)
+
+    @property
+    def _lsb_first(self) -> bool:
+        return bool(self[CR1] & LSBFIRST)
+
     def _configure(self) -> None:
         """Have the pins follow; and look whether another master has taken the bus."""
         control = self[CR1]
-        by_pin = not control & SSM and not self[CR2] & SSOE
+        by_pin = not control & SSM and not self._drives_nss
         self._nss_in.on_change = self._nss_changed if control & SPE and by_pin else None
         if self._master and self._selected(control):
             self._mode_fault()
         if self._master:
-            self._wire.idle(bool(self[CR1] & CPOL))
+            self._wire.idle(self._cpol)
             self._nss_out.set(self._nss_level() if self._drives_nss else None)
         elif not (self._busy and self[CR1] & MSTR):
             self._busy = False
@@ -284,14 +297,14 @@ class BasicSpi(Peripheral):
 
     def _begin(self, word: int, *, drives: bool) -> None:
         control = self[CR1]
-        bits = reversed_bits(word, self._bits) if control & LSBFIRST else word
+        bits = reversed_bits(word, self._bits) if self._lsb_first else word
         self._busy = True
         self._wire.send(
             Word(
                 bits=bits & self._mask,
                 count=self._bits,
                 half_cycles=self._half_cycles,
-                cpha=bool(control & CPHA),
+                cpha=self._cpha,
                 drives=drives,
                 one_wire=bool(control & BIDIMODE),
             ),
@@ -300,7 +313,7 @@ class BasicSpi(Peripheral):
 
     def _ended(self, word: int, received: int) -> None:
         self._busy = False
-        if self[CR1] & LSBFIRST:
+        if self._lsb_first:
             received = reversed_bits(received, self._bits)
         self._word_over(word, received)
         if not self._master:
@@ -323,11 +336,11 @@ class BasicSpi(Peripheral):
         if control & (SPE | MSTR) != SPE or self._i2s or not self._selected(control):
             return None
         sent = self._sent_by_slave(self._take_next())
-        received = reversed_bits(bits, self._bits) if control & LSBFIRST else bits & self._mask
+        received = reversed_bits(bits, self._bits) if self._lsb_first else bits & self._mask
         self._word_over(sent, received)
         self._update()
         if self._transmits_only or not control & (RXONLY | BIDIMODE):
-            return reversed_bits(sent, self._bits) if control & LSBFIRST else sent
+            return reversed_bits(sent, self._bits) if self._lsb_first else sent
         return None
 
     # --- lines
@@ -338,7 +351,7 @@ class BasicSpi(Peripheral):
             bool(
                 (flags & TXE and enables & TXEIE)
                 or (flags & RXNE and enables & RXNEIE)
-                or (flags & (OVR | MODF | CRCERR) and enables & ERRIE)
+                or (flags & (OVR | MODF | CRCERR | FRE) and enables & ERRIE)
             )
         )
         self._rx_request.set(bool(enables & RXDMAEN and self._wants_read()))

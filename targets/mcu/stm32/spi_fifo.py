@@ -12,12 +12,13 @@ Choices where the manual is silent:
 * What waits in a FIFO stays there while SPE is 0; a reset of the interface empties both.
 * A slave that has nothing to send sends once more what it sent last, at first 0.
 * The pulse of NSSP is high for one clock after each word, the last one too, whether NSS is put out or not.
+* In TI mode (section 35.5.13) NSS is high for the clock before each word, and low otherwise; the CRC goes as a word.
 * With CRCEN the receive FIFO holds two bytes, "a single 16-bit buffer" (section 35.5.14). A CRC of 16 bits after words
   of 8 is two words, the higher one first; one of 8 bits after words of 16 is the lower half of a word.
 * The CRC follows by itself what DMA has written last; in a receive-only mode, the word that is under way when DMA reads
   the last one is the CRC.
 
-Not modelled: I2S; TI mode, and with it FRE; a slave that is clocked by the edges at its pins, which is noted.
+Not modelled: I2S; a slave that is clocked by the edges at its pins, which is noted.
 """
 
 from __future__ import annotations
@@ -38,9 +39,11 @@ from targets.mcu.stm32.spi_base import (
     CRCNEXT,
     CRCPR,
     DR,
+    FRE,
     I2SCFGR,
     I2SPR,
     MODF,
+    MSTR,
     OVR,
     RXCRCR,
     RXDMAEN,
@@ -63,7 +66,6 @@ FIFO_BYTES = 4
 _REPEAT = {1: 0x0101_0101, 2: 0x0001_0001}
 
 _NO_I2S = "SPI4 to SPI6 have no I2S"
-_NO_TI = "TI mode is not modelled (FRF): words go by the Motorola format"
 
 
 class FifoSpi(BasicSpi):
@@ -83,8 +85,8 @@ class FifoSpi(BasicSpi):
     LENGTH_BIT = "CRCL"
     REGISTERS: ClassVar[tuple[Register, ...]] = (
         Register("CR1", CR1, 0, 0xFFFF, fidelity=Fidelity.PARTLY, note=BasicSpi.SLAVE),
-        Register("CR2", CR2, 0x0700, 0x7FFF, FRF, fidelity=Fidelity.PARTLY, note=_NO_TI),
-        Register("SR", SR, TXE, CRCERR, fidelity=Fidelity.PARTLY, note="FRE, UDR and CHSIDE are never set"),
+        Register("CR2", CR2, 0x0700, 0x7FFF),
+        Register("SR", SR, TXE, CRCERR, fidelity=Fidelity.PARTLY, note="UDR and CHSIDE of I2S are never set"),
         Register("DR", DR, 0, 0xFFFF),
         Register("CRCPR", CRCPR, 0x07, 0xFFFF),
         Register("RXCRCR", RXCRCR, 0, 0),
@@ -122,6 +124,7 @@ class FifoSpi(BasicSpi):
         super()._clear()
         self._tx, self._rx = bytearray(), bytearray()
         self._sent_last = 0
+        self._pulsed = False  # NSS has announced the next word of TI mode
         self._clear_crc()
         for event in (self._looks, self._pause):
             self.time.cancel(event)
@@ -142,9 +145,19 @@ class FifoSpi(BasicSpi):
         """Choose the word's length, the threshold, NSS, interrupts and requests."""
         if (value ^ self[CR2]) & (LDMA_RX | LDMA_TX) and self[CR1] & SPE:
             self.note("misuse", "CR2", "LDMA_RX and LDMA_TX may be changed only while SPE is 0")
+        if (value ^ self[CR2]) & FRF and self[CR1] & SPE:
+            self.note("misuse", "CR2.FRF", "it may be changed only while SPE is 0")
         if value >> 8 & 0xF < 3:
             value |= 0x0700  # lengths that are not used stand for 8 bits (section 35.9.2)
         super().write_CR2(value)
+
+    def read_SR(self) -> int:
+        """Return the flags; FRE is cleared by it."""
+        value = super().read_SR()
+        if value & FRE:
+            self[SR] &= ~FRE
+            self._update()
+        return value
 
     def read_DR(self) -> int:
         """Read as by 16 bits."""
@@ -213,7 +226,7 @@ class FifoSpi(BasicSpi):
 
     def _flags(self) -> int:
         sent, received = len(self._tx), len(self._rx)
-        flags = self[SR] & (MODF | OVR | CRCERR) | min(sent, 3) << 11 | min(received, 3) << 9
+        flags = self[SR] & (MODF | OVR | CRCERR | FRE) | min(sent, 3) << 11 | min(received, 3) << 9
         if sent <= FIFO_BYTES // 2:
             flags |= TXE
         if received >= (1 if self[CR2] & FRXTH else 2):
@@ -225,7 +238,12 @@ class FifoSpi(BasicSpi):
         return super()._wants_read() or bool(odd)
 
     def _is_busy(self) -> bool:
-        return self._busy or (self._pause is not None and bool(self._tx or self._crc_out or self._receives_only))
+        return self._busy or (self._pause is not None and self._has_next)
+
+    @property
+    def _has_next(self) -> bool:
+        """Whether a master has a word to begin."""
+        return bool(self._crc_out or self._receives_only or len(self._tx) >= self._word_bytes)
 
     def _take_next(self) -> int | None:
         if self._crc_out:
@@ -295,12 +313,13 @@ class FifoSpi(BasicSpi):
 
     @property
     def _pulses(self) -> bool:
-        return bool(self[CR2] & NSSP and not self[CR1] & CPHA)
+        return bool(self[CR2] & NSSP and not self[CR1] & CPHA and not self._ti)
 
     def _nss_level(self) -> bool:
-        return self._pulses and not self._busy
+        return self._pulsed or (self._pulses and not self._busy)
 
     def _begin(self, word: int, *, drives: bool) -> None:
+        self._pulsed = False
         if self._drives_nss:
             self._nss_out.set(False)
         super()._begin(word, drives=drives)
@@ -309,14 +328,65 @@ class FifoSpi(BasicSpi):
         if self._pulses and self._master:
             if self._drives_nss:
                 self._nss_out.set(True)
-            self._pause = self.time.after(2 * self._half_cycles, self._pause_over)
+            self._pause_for_a_clock()
         super()._ended(word, received)
+
+    def _pause_for_a_clock(self) -> None:
+        self._pause = self.time.after(2 * self._half_cycles, self._pause_over)
 
     def _pause_over(self) -> None:
         self._pause = None
+        self._pulsed = self._pulsed and self._master
         self._proceed()
         self._update()
 
     def _proceed(self) -> None:
-        if self._pause is None:
+        if self._pause is not None:
+            return
+        if self._ti and self._master and not self._busy and not self._pulsed and self._has_next:
+            self._pulsed = True
+            self._nss_out.set(True)
+            self._pause_for_a_clock()
+        else:
             super()._proceed()
+
+    # --- TI mode (section 35.5.13): CPOL, CPHA, LSBFIRST, SSM, SSI and SSOE do not matter
+
+    @property
+    def _ti(self) -> bool:
+        return bool(self[CR2] & FRF)
+
+    @property
+    def _cpol(self) -> bool:
+        return not self._ti and super()._cpol
+
+    @property
+    def _cpha(self) -> bool:
+        return self._ti or super()._cpha
+
+    @property
+    def _lsb_first(self) -> bool:
+        return not self._ti and super()._lsb_first
+
+    @property
+    def _drives_nss(self) -> bool:
+        return self._ti or super()._drives_nss
+
+    def _selected(self, control: int) -> bool:
+        return not control & MSTR if self._ti else super()._selected(control)
+
+    def exchange(self, bits: int, count: int | None = None) -> int | None:
+        """As of every interface; in TI mode a pulse of NSS may come before the end of a word.
+
+        Args:
+            bits: those of a word on MOSI, the first one as the highest.
+            count: how many clocks there were until that pulse; None for a whole word.
+
+        Returns:
+            As there; None for a word that was cut short, which is lost and sets FRE.
+        """
+        if self._ti and count is not None and count < self._bits:
+            self[SR] |= FRE
+            self._update()
+            return None
+        return super().exchange(bits)

@@ -236,7 +236,7 @@ DEFECTS = [
     Defect("MODF never ends", "spi", BasicSpi, "write_CR1", "self[SR] &= ~MODF", "pass"),
     Defect("receive-only stops by itself", "spi", BasicSpi, "_proceed", "if self._receives_only", "if False"),
     Defect("one wire out receives", "spi", Spi, "_word_over", "if not self._transmits_only:", "if True:"),
-    Defect("LSBFIRST is not looked at", "spi", BasicSpi, "_begin", "if control & LSBFIRST", "if False"),
+    Defect("LSBFIRST is not looked at", "spi", BasicSpi, "_begin", "if self._lsb_first", "if False"),
     Defect("the CRC is not sent", "spi", Spi, "_word_over", "self._waiting = self[TXCRCR]", "pass"),
     Defect("the CRC is not compared", "spi", Spi, "_word_over", "self[SR] |= CRCERR", "pass"),
     Defect("RXNEIE is not looked at", "spi", BasicSpi, "_update", "flags & RXNE and enables & RXNEIE", "False"),

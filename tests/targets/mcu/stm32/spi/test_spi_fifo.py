@@ -273,12 +273,11 @@ class TestErrors:
         assert rig.peek("CR1") & (SPE | MSTR) == SPE | MSTR
 
     def test_what_is_not_modelled_says_so(self, rig):
-        rig.poke("CR2", 0x700 | FRF)
         rig.poke("I2SCFGR", 1 << 11)
         rig.poke("I2SCFGR", 0)
         rig.poke("CR1", SPE)
         assert rig.chip.noted("unmodelled") == [
-            "SPI1_CR2", "SPI1_I2SCFGR", "SPI1_I2SCFGR.I2SMOD", "SPI1_CR1.MSTR",
+            "SPI1_I2SCFGR", "SPI1_I2SCFGR.I2SMOD", "SPI1_CR1.MSTR",
         ]  # fmt: skip
 
 
@@ -318,6 +317,48 @@ class TestNss:
         rig.clocks(16)
         assert rig.levels() == (0, 2)
         assert rig.chip.output("SPI1_NSS").level is False
+
+
+class TestTiMode:
+    """Section 35.5.13."""
+
+    def test_a_pulse_of_nss_announces_each_word(self, rig):
+        """CPOL, CPHA, LSBFIRST and what is said of NSS do not matter."""
+        slave = rig.slave(0x12, 0x34, modes=(1,))
+        rig.poke("CR2", 0x700 | FRXTH | FRF)
+        rig.poke("CR1", MSTR | SPE | 1 << 1 | LSBFIRST)
+        nss = rig.chip.output("SPI1_NSS")
+        assert nss.level is False
+        rig.chip.input("SPI1_NSS").drive(False)  # its own level, which is no mode fault
+        assert rig.chip.output("SPI1_SCK").level is False
+        begin = rig.chip.time.now
+        rig.write(0x2301, 2)
+        assert "BSY" in rig.flags()
+        rig.clocks(18)
+        clock = 2 * 2
+        assert [(cycle - begin, level) for cycle, level in nss.edges][-4:] == [
+            (0, True), (clock, False), (9 * clock, True), (10 * clock, False),
+        ]  # fmt: skip
+        assert slave.bytes == b"\x01\x23"
+        assert [rig.read(), rig.read()] == [0x12, 0x34]
+        assert rig.flags() == {"TXE"}
+
+    def test_a_slave_flags_a_pulse_within_a_word(self, rig):
+        rig.poke("CR2", 0x700 | FRXTH | FRF | ERRIE)
+        rig.poke("CR1", SPE)
+        rig.write(0x55)
+        assert rig.spi.exchange(0x5, 3) is None
+        assert rig.irq.level
+        assert "FRE" in rig.flags()
+        assert rig.flags() == {"TXE"}, "a read of SR clears it"
+        assert not rig.irq.level
+        assert rig.spi.exchange(0xA1, 8) == 0x55
+        assert rig.read() == 0xA1
+
+    def test_it_is_chosen_while_spe_is_0(self, rig):
+        rig.master()
+        rig.poke("CR2", 0x700 | FRXTH | FRF)
+        assert rig.chip.noted("misuse") == ["SPI1_CR2.FRF"]
 
 
 class TestCrc:
