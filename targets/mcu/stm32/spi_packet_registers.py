@@ -12,6 +12,7 @@ CRCPOLY, TXCRC, RXCRC, UDRDR, I2SCFGR = range(0x40, 0x54, 4)
 SPE, MASRX, CSTART, CSUSP, HDDIR, SSI, CRC33_17, RCRCINI, TCRCINI, IOLOCK = (
     1 << bit for bit in (0, 8, 9, 10, 11, 12, 13, 14, 15, 16)
 )
+UDRDET = 3 << 11  # of CFG1
 RXDMAEN, TXDMAEN, CRCEN = 1 << 14, 1 << 15, 1 << 22  # of CFG1
 IOSWP, SP, MASTER, LSBFRST, CPHA, CPOL, SSM, SSIOP, SSOE, SSOM, AFCNTR = (
     1 << 15, 7 << 19, 1 << 22, 1 << 23, 1 << 24, 1 << 25, 1 << 26, 1 << 28, 1 << 29, 1 << 30, 1 << 31,
@@ -25,12 +26,13 @@ I2SMOD = 1 << 0
 
 NO_SLAVE = "a slave is not clocked by the edges at its pins"
 NO_FORMAT = "TI mode and swapped pins are not modelled (SP, IOSWP): words go by the Motorola format"
+NO_CHOICE = "UDRDET is not looked at: a slave finds out when a word begins that it has nothing to send"
 NO_I2S = "I2S is not modelled: nothing is sent, nothing arrives"
 
 REGISTERS = (
     Register("CR1", CR1, 0, 0x1_FF01, fidelity=Fidelity.PARTLY, note=NO_SLAVE),
     Register("CR2", CR2, 0),
-    Register("CFG1", CFG1, 0x0007_0007, 0x705F_DFFF),
+    Register("CFG1", CFG1, 0x0007_0007, 0x705F_DFFF, UDRDET, fidelity=Fidelity.PARTLY, note=NO_CHOICE),
     Register("CFG2", CFG2, 0, 0xF7FE_80FF, IOSWP | SP, fidelity=Fidelity.PARTLY, note=NO_FORMAT),
     Register("IER", IER, 0, 0x7FF),
     Register("SR", SR, TXP | TXC, 0, fidelity=Fidelity.PARTLY, note="TIFRE is never set: TI mode is not modelled"),

@@ -20,9 +20,9 @@ Choices where the manual is silent:
 * SS is active while CSTART is set, so not while CSUSP has suspended; SSOM lets it be inactive for all clocks of MIDI.
 * CRC needs TSIZE. What comes in as CRC does not go to the FIFO. If it is shorter than the polynomial, it is the
   highest bits; TXCRC and RXCRC show all of them, until SPE changes or the next transfer begins.
-* UDRDET is not looked at: a slave finds out when a word begins that it has nothing to send.
 
-Not modelled: I2S; TI mode; IOSWP; a slave that is clocked by the edges at its pins, which is noted.
+Not modelled: I2S; TI mode; IOSWP; UDRDET, for a slave finds out when a word begins that it has nothing to send; a slave
+that is clocked by the edges at its pins, which is noted.
 """
 
 from __future__ import annotations
