@@ -33,7 +33,7 @@ PERIPHERALS = {
     "usart_isr.c": ("(serial or usart-fifo) and holds", [f"{STM32}/usart", f"{STM32}h7/test_drain_loop.py"]),
     "dma_f1.c": ("dma or high-density", [f"{STM32}f1/dma"]),
     "dma_stream.c": ("(f767 and dma or dmamux) and holds", [f"{STM32}/dma", f"{STM32}h7"]),
-    "requests.c": ("(f767 and dma or dmamux) and holds", [f"{STM32}/dma"]),
+    "requests.c": ("(f767 and (dma or spi) or dmamux) and holds", [f"{STM32}/dma", f"{STM32}f7/test_spi.py"]),
     "port.c": (
         "gpio or pins",
         [f"{STM32}f1/test_gpio.py", f"{STM32}/test_gpio_v2.py", f"{STM32}f1/test_gpio_latches.py"],
@@ -494,6 +494,7 @@ DEFECTS = (
         "stream->selected[each] = lines[each];",
         "stream->selected[each] = lines[0];",
     ),
+    Defect("nothing is ever left", "RM0410 35.9.2", "requests.c", "left += hil", "left += 0 * hil"),
     Defect("a request taken back is served", "RM0410 8.3.3", "requests.c", "line->once && level", "line->once"),
     Defect(
         "streams 0 of both controllers are one",

@@ -91,7 +91,11 @@ class _SpiAhead:
     def __init__(self, calls: _Calls, slave: SpiSlave) -> None:
         self._at = calls.at
         self._slave = slave
-        self.modes = slave.modes
+        self.modes, self.answer = slave.modes, slave.answer
+
+    @property
+    def releases(self) -> int:
+        return self._slave.releases
 
     def selected(self, now_ns: int) -> bool:
         with self._at(now_ns):

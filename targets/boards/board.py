@@ -15,6 +15,7 @@ __all__ = ["Board", "Button", "Connector", "Led", "Straps"]
 _SLOWEST_HSE_HZ = 1_000_000
 _FASTEST_LSE_HZ = 1_000_000
 _SLOWEST_START_US = 60_000_000
+_MOST_NOISE_LSB = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,6 +93,8 @@ class Board:
             StdPeriph's SystemInit gives up after 1280 polls, which at 8 MHz is 0.8 to 2.4 ms, depending on the
             compiler, and boards are known to run such images from the crystal.
         lse_startup_us: from LSEON to LSERDY (DS5319: typically 2.5 s at 25 degrees).
+        adc_noise_lsb: standard deviation of what the converters read, in steps of 12 bits; 0 is an ideal one, and what
+            a board has is a choice. It is the same in every run.
         straps: the boot pins as the board is delivered.
         console: the USART that leads to the host by a debugger or a converter on the board; left out for none.
         leds: the lights.
@@ -113,6 +116,7 @@ class Board:
     hse_bypass: bool = False
     hse_startup_us: int = 500
     lse_startup_us: int = 2_500_000
+    adc_noise_lsb: float = 0.0
     straps: Straps = Straps()
     console: str = ""
     leds: tuple[Led, ...] = ()
@@ -131,6 +135,8 @@ class Board:
         for about, startup_us in (("hse", self.hse_startup_us), ("lse", self.lse_startup_us)):
             if not 0 < startup_us <= _SLOWEST_START_US:
                 raise ValueError(f"{about}_startup_us must be between 1 and {_SLOWEST_START_US}, not {startup_us}")
+        if not 0 <= self.adc_noise_lsb <= _MOST_NOISE_LSB:
+            raise ValueError(f"adc_noise_lsb must be between 0 and {_MOST_NOISE_LSB}, not {self.adc_noise_lsb}")
         self._check_pins("leds", (led.pin for led in self.leds))
         self._check_pins("buttons", (button.pin for button in self.buttons))
         self._check_pins("pull_ups", self.pull_ups)

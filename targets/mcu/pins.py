@@ -396,10 +396,17 @@ class Pin:
             self._analog = source
             self.update()
 
-    def claim(self, owner: str, *, pull: bool | None = None, analog: bool = False) -> None:
-        """Take the pad from its port: the debug port or an oscillator has it, until `unclaim`."""
+    def claim(self, owner: str, *, pull: bool | None = None, analog: bool = False, carries: bool = False) -> None:
+        """Take the pad from its port: the debug port or an oscillator has it, until `unclaim`.
+
+        Args:
+            owner: who, in words.
+            pull: direction of its pull resistor, if it has one.
+            analog: it is no digital input.
+            carries: it puts out the signals that are routed to it, whatever the port says.
+        """
         self.refresh()
-        self._claim = _Claim(owner, pull, analog)
+        self._claim = _Claim(owner, pull, analog, carries)
         self._reconfigured()
 
     def unclaim(self) -> None:
@@ -535,7 +542,7 @@ class Pin:
         self.put("outside", source)
 
     def _reconfigured(self) -> None:
-        self.alternate = self._claim is None and self._mode in _ALTERNATE
+        self.alternate = self._mode in _ALTERNATE if self._claim is None else self._claim.carries
         self._digital = not self._claim.analog if self._claim else self._mode is not PadMode.ANALOG
         self.refresh()
         self.update_watch()
@@ -544,7 +551,7 @@ class Pin:
     def _driven_by_chip(self) -> bool | None:
         mode = self._mode
         if self._claim is not None:
-            return None
+            return self._driven_by_signals() if self._claim.carries else None
         if mode is PadMode.PUSH_PULL:
             return self._latch
         if mode is PadMode.OPEN_DRAIN:
@@ -648,6 +655,7 @@ class _Claim(NamedTuple):
     owner: str
     pull: bool | None
     analog: bool
+    carries: bool
 
 
 class Pins:

@@ -2,7 +2,8 @@
 
 Levels of SCK, MOSI and MISO are not modelled here. The master owns the timing; it calls the bus at the end of each word
 with the bits as they followed each other on MOSI, and gets those of MISO. A slave takes and gives whole bytes, the bit
-that comes first as the highest, and knows by its own chip select whether it is meant. There is no standard of SPI; the
+that comes first as the highest, and knows by its own chip select whether it is meant. A word of the master may end in
+the middle of a byte; the rest of it comes with the next word. There is no standard of SPI; the
 four modes are those of CPOL and CPHA (RM0008 section 25.3.1).
 
 Choice: a slave in another mode than the master samples at the other edge, where the line changes. It sees each bit one
@@ -24,16 +25,22 @@ class SpiSlave(Protocol):
 
     Attributes:
         modes: those in which it works, 0 to 3: CPOL and CPHA as two bits.
+        releases: how often its chip select has risen so far, as of the last call of `selected`.
     """
 
     @property
     def modes(self) -> frozenset[int]: ...  # noqa: D102
+    @property
+    def releases(self) -> int: ...  # noqa: D102
 
     def selected(self, now_ns: int) -> bool:
         """Say whether its chip select is active."""
 
     def exchange(self, byte: int, now_ns: int) -> int:
         """Take a byte of MOSI, 0 to 255, and return the one that stood on MISO meanwhile."""
+
+    def answer(self) -> int:
+        """Return the byte that stands on MISO while the next one comes, whichever that is."""
 
 
 class SpiWord(NamedTuple):
@@ -61,19 +68,18 @@ class SpiBus:
 
     def __init__(self) -> None:
         self.taps: list[Callable[[SpiWord], None]] = []
-        self._slaves: list[SpiSlave] = []
-        self._last_bits: dict[int, tuple[int, int]] = {}
+        self._ends: list[_End] = []
 
     def attach(self, slave: SpiSlave) -> None:
         """Solder a slave to the bus."""
-        self._slaves.append(slave)
+        self._ends.append(_End(slave))
 
     def exchange(self, bits: int, count: int, mode: int, now_ns: int) -> int | None:
         """A word has gone over the bus.
 
         Args:
             bits: those on MOSI, the first one as the highest.
-            count: how many, 8 or 16.
+            count: how many, at least 1.
             mode: of the master.
             now_ns: the end of the word.
 
@@ -81,25 +87,53 @@ class SpiBus:
             What stood on MISO; None while no slave is selected. Of several that are, low wins (choice).
         """
         found: int | None = None
-        for number, slave in enumerate(self._slaves):
-            if slave.selected(now_ns):
-                answer = self._of(number, slave, bits, count, mode, now_ns)
+        for end in self._ends:
+            answer = end.exchange(bits, count, mode, now_ns)
+            if answer is not None:
                 found = answer if found is None else found & answer
-            else:
-                self._last_bits.pop(number, None)
         for tap in tuple(self.taps):
             tap(SpiWord(bits, found, count, now_ns))
         return found
 
-    def _of(self, number: int, slave: SpiSlave, bits: int, count: int, mode: int, now_ns: int) -> int:
-        late = mode not in slave.modes
-        last_in, last_out = self._last_bits.get(number, (1, 1))
-        if late:
-            last_in, bits = bits & 1, last_in << count - 1 | bits >> 1
-        answer = 0
-        for shift in range(count - BYTE_BITS, -1, -BYTE_BITS):
-            answer = answer << BYTE_BITS | slave.exchange(bits >> shift & 0xFF, now_ns)
-        if late:
-            last_out, answer = answer & 1, last_out << count - 1 | answer >> 1
-        self._last_bits[number] = (last_in, last_out)
+
+class _End:
+    """What a slave knows of the bits on the bus since it was selected."""
+
+    def __init__(self, slave: SpiSlave) -> None:
+        self._slave = slave
+        self._releases = 0
+        self._forget()
+
+    def _forget(self) -> None:
+        self._last_in = self._last_out = 1
+        self._begun = self._begun_bits = 0  # of a byte that has not ended yet
+
+    def exchange(self, bits: int, count: int, mode: int, now_ns: int) -> int | None:
+        """Take a word and return what stood on MISO; None if the slave is not selected."""
+        if not self._slave.selected(now_ns):
+            self._forget()
+            return None
+        if self._slave.releases != self._releases:
+            self._releases = self._slave.releases
+            self._forget()
+        if mode in self._slave.modes:
+            return self._shift(bits, count, now_ns)
+        late, self._last_in = self._last_in << count - 1 | bits >> 1, bits & 1
+        answer = self._shift(late, count, now_ns)
+        late, self._last_out = self._last_out << count - 1 | answer >> 1, answer & 1
+        return late
+
+    def _shift(self, bits: int, count: int, now_ns: int) -> int:
+        answer, left = 0, count
+        while left:
+            missing = BYTE_BITS - self._begun_bits
+            now = min(missing, left)
+            left -= now
+            self._begun = self._begun << now | bits >> left & (1 << now) - 1
+            if now == missing:
+                byte, self._begun = self._slave.exchange(self._begun, now_ns), 0
+            else:
+                byte = self._slave.answer()
+            self._begun_bits = (self._begun_bits + now) % BYTE_BITS
+            answer = answer << now | byte >> missing - now & (1 << now) - 1
         return answer

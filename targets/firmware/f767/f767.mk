@@ -24,6 +24,7 @@ F767_CHECK := common/check common/console common/text
 $(eval $(call f767,demo,f767/demo f767/number f767/clock))
 $(eval $(call f767,sleep,f767/sleep f767/clock))
 $(eval $(call f767,ticker,f767/ticker f767/lp_ticker f767/clock))
+$(eval $(call f767,flash,f767/flash f767/clock common/text))
 $(eval $(call f767,chip,f767/chip f767/clock $(F767_CHECK)))
 $(eval $(call f767,lptim,f767/lptim common/lptim_block $(F767_CHECK)))
-$(foreach name,adc dma i2c pins serial timers,$(eval $(call f767,$(name),f767/$(name) f767/clock $(F767_CHECK))))
+$(foreach name,adc dma i2c pins serial spi timers,$(eval $(call f767,$(name),f767/$(name) f767/clock $(F767_CHECK))))

@@ -16,6 +16,7 @@ from functools import partial
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
 from targets.mcu.services import Services
+from targets.mcu.stm32.adc_noise import QUIET, AdcNoise
 from targets.mcu.stm32.adc_unit import CR2, REGISTERS, SR, Unit
 from targets.mcu.stm32.converters import UNIT_SIZE, Converters
 from targets.mcu.stm32.dma_requests import Requests
@@ -78,6 +79,7 @@ class Adc(Converters[Unit]):
         triggers: names of signals by EXTSEL, as far as they are modelled,
         injected_triggers: and by JEXTSEL.
         enabled: says whether the clock of a converter is enabled, by its number from 0 on.
+        noise: of what they read.
 
     Attributes:
         internal: what the channels inside the chip see; a test may replace it.
@@ -96,6 +98,7 @@ class Adc(Converters[Unit]):
         reference_volts: float,
         triggers: Mapping[int, str],
         injected_triggers: Mapping[int, str],
+        noise: AdcNoise = QUIET,
         enabled: Callable[[int], bool],
     ) -> None:
         super().__init__("ADC", base, services, irq=irq)
@@ -111,6 +114,7 @@ class Adc(Converters[Unit]):
                 self._ends(
                     name,
                     volts=self._volts_at,
+                    noise=noise,
                     requests=requests,
                     reference_volts=reference_volts,
                     triggers=triggers,

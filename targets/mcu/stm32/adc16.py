@@ -21,6 +21,7 @@ from targets.mcu.registers import Register
 from targets.mcu.services import Services
 from targets.mcu.stm32.adc16_registers import BOOST, CR, ISR, PCSEL, REGISTERS
 from targets.mcu.stm32.adc16_unit import Unit
+from targets.mcu.stm32.adc_noise import QUIET, AdcNoise
 from targets.mcu.stm32.converters import UNIT_SIZE, Converters
 from targets.mcu.stm32.dma_requests import Requests
 
@@ -86,6 +87,7 @@ class Adc16(Converters[Unit]):
         reference_volts: VREF+.
         triggers: names of signals by EXTSEL, as far as they are modelled,
         injected_triggers: and by JEXTSEL.
+        noise: of what they read.
 
     Attributes:
         internal: what the channels inside the chip see; a test may replace it.
@@ -106,6 +108,7 @@ class Adc16(Converters[Unit]):
         reference_volts: float,
         triggers: Mapping[int, str],
         injected_triggers: Mapping[int, str],
+        noise: AdcNoise = QUIET,
     ) -> None:
         self._names = units
         super().__init__(name, base, services, irq=irq)
@@ -121,6 +124,7 @@ class Adc16(Converters[Unit]):
                 self._ends(
                     unit,
                     volts=self._volts_at,
+                    noise=noise,
                     requests=requests,
                     reference_volts=reference_volts,
                     triggers=triggers,

@@ -9,6 +9,7 @@ from typing import Generic, Protocol, TypeVar
 
 from targets.mcu.registers import Peripheral
 from targets.mcu.services import InputSignal, Services
+from targets.mcu.stm32.adc_noise import AdcNoise
 from targets.mcu.stm32.dma_requests import Requests
 
 __all__ = ["UNIT_SIZE", "Converters", "Ends", "Note"]
@@ -103,10 +104,11 @@ class Converters(Peripheral, Generic[UnitT]):
         reference_volts: float,
         triggers: Mapping[int, str],
         injected_triggers: Mapping[int, str],
+        noise: AdcNoise,
     ) -> Ends:
         """Tie a converter to what is around it; voltages go by its name and channel, triggers are names of signals."""
         return Ends(
-            volts=partial(volts, unit),
+            volts=noise.on(unit, partial(volts, unit)),
             reference_volts=reference_volts,
             request=requests.line(unit),
             triggers={number: self.services.input(signal) for number, signal in triggers.items()},

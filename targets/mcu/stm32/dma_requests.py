@@ -59,6 +59,10 @@ class Request:
         self._on_last = listener
         _library().hil_lines_tell_last(self._block, self.number)
 
+    def left(self) -> int:
+        """Return how many accesses the streams that listen have still to make; one that is being made counts."""
+        return int(_library().hil_lines_left(self._block, self.number))
+
     def end(self) -> None:
         """Say that the last transfer was made, where the peripheral is the flow controller."""
         _library().hil_lines_end(self._block, self.number)
@@ -145,5 +149,6 @@ def _library() -> Any:
     library.hil_lines_drive.argtypes, library.hil_lines_drive.restype = (pointer, word, ctypes.c_bool), None
     for function in (library.hil_lines_pulse, library.hil_lines_end, library.hil_lines_tell_last):
         function.argtypes, function.restype = (pointer, word), None
+    library.hil_lines_left.argtypes, library.hil_lines_left.restype = (pointer, word), word
     library.hil_lines_level.argtypes, library.hil_lines_level.restype = (pointer, word), ctypes.c_bool
     return library

@@ -18,6 +18,7 @@ from targets.mcu.pins import Pins
 from targets.mcu.registers import Peripheral
 from targets.mcu.services import Services
 from targets.mcu.signals import Signals
+from targets.mcu.stm32.adc_noise import ADC_STEPS, AdcNoise
 from targets.mcu.stm32.chip import BasicChip, Power
 from targets.mcu.stm32.clock_tree import KernelClockTree
 from targets.mcu.stm32.dma_requests import Requests
@@ -143,6 +144,9 @@ class M7Chip(BasicChip):
             ram.append(Memory(base=base, data=part, writable=True))
             offset += size
         return ram
+
+    def _adc_noise(self, board: Board) -> AdcNoise:
+        return AdcNoise(board.adc_noise_lsb * self.pins.vdd_volts / ADC_STEPS, board.name)
 
     def _put_on(self, bus: Bus) -> None:
         for peripheral in self.peripherals.values():

@@ -26,13 +26,14 @@ class Transmitter:
         inverted: the output has the inverse levels.
         wants_frames: somebody is to be told of every frame; `tell_frames` after a change, as of the next.
         keeps_words: instead, words of data are kept where nobody watches the pin.
+        clocked: a clock goes beside each frame, so all are told as they begin.
         bit_s: length of a bit, in seconds.
     """
 
     def __init__(self, time: Timebase, output: OutputSignal, line: UsartLine) -> None:
         self.inverted = False
         self.wants_frames = False
-        self.keeps_words = False
+        self.keeps_words = self.clocked = False
         self.bit_s = Fraction(1)
         self._time = time
         self._output = output
@@ -98,7 +99,7 @@ class Transmitter:
     def tell_frames(self) -> None:
         """Say which frames somebody has to know of as they begin and end: who listens, and how, may have changed."""
         watched = self._output.watch() is not Watch.NOBODY or bool(self._kept.half_duplex)
-        seen = watched or not self._output.at_pin()
+        seen = watched or self.clocked or not self._output.at_pin()
         frames = Tell.WORDS if self.keeps_words and not seen else Tell.FRAMES if seen or self.wants_frames else 0
         tells = Tell(self._kept.tells) & Tell.DATA
         self._kept.tells = tells | frames | (Tell.ENDS if watched or self._edges else 0)

@@ -17,6 +17,7 @@ from typing import ClassVar
 from targets.mcu.pins import Pins
 from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import InputSignal, IrqLine, Services
+from targets.mcu.stm32.adc_noise import QUIET, AdcNoise
 from targets.mcu.stm32.adc_unit import CR1, CR2, DR
 from targets.mcu.stm32.converters import Ends
 from targets.mcu.stm32f1.adc_dual import Dual
@@ -134,6 +135,7 @@ class Adc(Peripheral):
         services: what the chip offers. Used: the triggers as inputs, a DMA request of its name but for ADC2.
         pins: what stands at its channels.
         irq: its interrupt.
+        noise: of its readings.
         remapped: says whether AFIO has put the trigger of TIM8 in the place of EXTI's: ``ADC1_ETRGREG``.
 
     Attributes:
@@ -151,6 +153,7 @@ class Adc(Peripheral):
         pins: Pins,
         irq: SharedIrq,
         remapped: Callable[[str], bool] = lambda _field: False,
+        noise: AdcNoise = QUIET,
     ) -> None:
         super().__init__(name, base, services)
         self.internal = Internal()
@@ -163,7 +166,7 @@ class Adc(Peripheral):
             name,
             services.time,
             Ends(
-                volts=self._volts_at,
+                volts=noise.on(name, self._volts_at),
                 reference_volts=pins.vdd_volts,
                 request=RequestLine(request),
                 triggers=self._triggers(REGULAR_TRIGGERS[name]),

@@ -1,21 +1,29 @@
-"""BKP: half-words that survive everything but power-off and tampering (RM0008 section 6)."""
+"""BKP: half-words that survive everything but power-off and tampering, and what the RTC puts out (RM0008 section 6).
+
+Choices where the manual is silent: the pulse of an alarm or a second is high; RTCCLK / 64 is that before its
+calibration, begins low, and goes before the pulses if both are chosen.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from fractions import Fraction
 from typing import ClassVar
 
-from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
+from targets.mcu.stm32.mco import Choice, ClockOutput
 from targets.mcu.stm32f1.densities import MEDIUM, Density
+from targets.mcu.stm32f1.rtc import ALRF, SECF
 
 __all__ = ["Bkp"]
 
 TAMPER_IRQ = 2
 DATA = (*range(0x04, 0x2C, 4), *range(0x40, 0xC0, 4))  # DR1 to DR10, DR11 to DR42
 RTCCR, CR, CSR = 0x2C, 0x30, 0x34
+CCO, ASOE, ASOS = 1 << 7, 1 << 8, 1 << 9  # of RTCCR
 TPE, TPAL = 1 << 0, 1 << 1
+_CLOCK = Choice(name="TAMPER", shift=7, clocks=(None, "RTCCLK"), dividers=(64,))
 CTE, CTI, TPIE, TEF, TIF = 1 << 0, 1 << 1, 1 << 2, 1 << 8, 1 << 9
 
 
@@ -24,30 +32,31 @@ class Bkp(Peripheral):
 
     Args:
         base: address of its first register.
-        services: what the chip offers; the pin is its input ``TAMPER``, asked for when TPE is set.
+        services: what the chip offers; the pin is its input ``TAMPER``, asked for when TPE is set, and its output.
         backup_writable: says whether PWR_CR.DBP opens the backup domain; without it writes are lost.
         density: says how many half-words there are.
+        rtc_hz: returns the rate of RTCCLK, None while it stands still.
 
     Attributes:
         on_calibration: called when `rtc_calibration` may have changed.
+        on_output: called with whether the RTC has the pin as an output, and which of its flags it tells there
+            (`Rtc.tell`), after a change.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
-        Register(
-            "RTCCR",
-            RTCCR,
-            0,
-            0x3FF,
-            0x380,
-            fidelity=Fidelity.PARTLY,
-            note="the outputs of the RTC (CCO, ASOE, ASOS) are not modelled",
-        ),
+        Register("RTCCR", RTCCR, 0, 0x3FF),
         Register("CR", CR, 0, TPE | TPAL),
         Register("CSR", CSR, 0, CTE | CTI | TPIE),
     )
 
     def __init__(
-        self, base: int, services: Services, *, backup_writable: Callable[[], bool], density: Density = MEDIUM
+        self,
+        base: int,
+        services: Services,
+        *,
+        backup_writable: Callable[[], bool],
+        density: Density = MEDIUM,
+        rtc_hz: Callable[[], Fraction | None] = lambda: None,
     ) -> None:
         self._data = DATA[: density.backup_registers]
         super().__init__("BKP", base, services)
@@ -55,6 +64,11 @@ class Bkp(Peripheral):
         self.on_calibration: Callable[[], None] = lambda: None
         self._irq = services.irq(TAMPER_IRQ)
         self._tamper = services.input("TAMPER")
+        self._rtc_hz = rtc_hz
+        self._clock = ClockOutput(services, _CLOCK)
+        self._out = services.output("TAMPER")
+        self._puts_out = 0  # CCO, ASOE and ASOS as obeyed
+        self.on_output: Callable[[bool, int], None] = lambda _on, _flag: None
 
     def registers_of(self) -> Iterable[Register]:
         """Return the half-words of this density, and the rest."""
@@ -69,6 +83,11 @@ class Bkp(Peripheral):
         """A reset of the backup domain clears everything."""
         super().reset()
         self._irq.set(False)
+        self._put_out()
+
+    def before_clock_change(self) -> None:
+        """Tell the edges so far, whose cycles are counted anew."""
+        self._clock.refresh()
 
     def write(self, offset: int, value: int) -> None:
         """As of every peripheral, if the backup domain is open."""
@@ -82,9 +101,35 @@ class Bkp(Peripheral):
         return self[RTCCR] & 0x7F
 
     def write_RTCCR(self, value: int) -> None:
-        """Calibrate the RTC."""
+        """Calibrate the RTC, and choose what it puts out at the pin (section 6.4.2)."""
         self[RTCCR] = value
+        if value & (CCO | ASOE) and self[CR] & TPE:
+            self.note("misuse", "RTCCR", "CCO and ASOE must not be set while TPE has the pin")
         self.on_calibration()
+        self._put_out()
+
+    def rtc_clock_changed(self) -> None:
+        """RTCCLK has another rate, or stands still, or runs again."""
+        self._follow_clock()
+
+    def pulse(self, level: bool) -> None:
+        """The RTC tells an alarm or a second: from the rise to the fall of a pulse."""
+        if self._puts_out & (CCO | ASOE) == ASOE:
+            self._out.set(level)
+
+    def _put_out(self) -> None:
+        chosen = self[RTCCR] & (CCO | ASOE | ASOS)
+        if chosen == self._puts_out:
+            return
+        self._puts_out = chosen
+        self._follow_clock()
+        pulses = chosen & (CCO | ASOE) == ASOE
+        if not chosen & CCO:
+            self._out.set(False if pulses else None)
+        self.on_output(bool(chosen & (CCO | ASOE)), (SECF if chosen & ASOS else ALRF) if pulses else 0)
+
+    def _follow_clock(self) -> None:
+        self._clock.follow(self._puts_out, {"RTCCLK": self._rtc_hz() or Fraction(0)})
 
     def write_CR(self, value: int) -> None:
         """Enable the pin and choose the level that counts as tampering."""

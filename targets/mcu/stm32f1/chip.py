@@ -21,6 +21,7 @@ from targets.mcu.registers import Peripheral
 from targets.mcu.services import DmaRequest, InputSignal, IrqLine, Services
 from targets.mcu.signals import Signals
 from targets.mcu.stm32 import exti
+from targets.mcu.stm32.adc_noise import ADC_STEPS, AdcNoise
 from targets.mcu.stm32.chip import BasicChip
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.tim.kinds import HIGH_DENSITY_KINDS, KINDS, Kind
@@ -29,7 +30,7 @@ from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f1.absent import absent_peripherals
 from targets.mcu.stm32f1.adc import Adc, SharedIrq
-from targets.mcu.stm32f1.afio import Afio
+from targets.mcu.stm32f1.afio import FIXED, Afio
 from targets.mcu.stm32f1.bkp import Bkp
 from targets.mcu.stm32f1.clocks import ClockTree
 from targets.mcu.stm32f1.crc import Crc
@@ -175,8 +176,15 @@ class Stm32f103(BasicChip):
             size=board.variant.flash_bytes,
             page=self.DENSITY.page_bytes,
             hsi_on=self.rcc.hsi_on,
+            waits=not self.DENSITY.value_line,
         )
-        self.bkp = Bkp(0x4000_6C00, services, backup_writable=self.pwr.backup_writable, density=self.DENSITY)
+        self.bkp = Bkp(
+            0x4000_6C00,
+            services,
+            backup_writable=self.pwr.backup_writable,
+            density=self.DENSITY,
+            rtc_hz=self.rcc.rtc_hz,
+        )
         self.rtc = Rtc(
             0x4000_2800,
             services,
@@ -184,7 +192,8 @@ class Stm32f103(BasicChip):
             backup_writable=self.pwr.backup_writable,
             calibration=self.bkp.rtc_calibration,
         )
-        self.rcc.on_rtc_clock = self.bkp.on_calibration = self.rtc.clock_changed
+        self.rcc.on_rtc_clock, self.bkp.on_calibration = self._rtc_clock_changed, self.rtc.clock_changed
+        self.rtc.on_pulse, self.bkp.on_output = self.bkp.pulse, self._rtc_puts_out
         self.rtc.on_alarm = self.pwr.wake
         self.iwdg = self._make_iwdg(0x4000_3000)
         self.wwdg = Wwdg(0x4000_2C00, services)
@@ -232,8 +241,9 @@ class Stm32f103(BasicChip):
         self.usarts = {usart.name: usart for usart in usarts}
         self._timers = self._make_timers()
         adc_irqs = {irq: SharedIrq(services.irq(irq)) for name, (_, irq) in ADCS.items() if name in there}
+        noise = AdcNoise(board.adc_noise_lsb * pins.vdd_volts / ADC_STEPS, board.name)
         self.adcs = {
-            name: Adc(name, base, services, pins=pins, irq=adc_irqs[irq], remapped=self.afio.trigger_moved)
+            name: Adc(name, base, services, pins=pins, irq=adc_irqs[irq], remapped=self.afio.trigger_moved, noise=noise)
             for name, (base, irq) in ADCS.items()
             if name in there
         }
@@ -302,6 +312,19 @@ class Stm32f103(BasicChip):
         for timer in self._timers:
             if timer.kind.advanced:
                 timer.clock_failed()
+
+    def _rtc_clock_changed(self) -> None:
+        self.rtc.clock_changed()
+        self.bkp.rtc_clock_changed()
+
+    def _rtc_puts_out(self, on: bool, flag: int) -> None:
+        """The RTC takes the pin TAMPER as an output, or gives it back to its port."""
+        pin = self.pins[FIXED["TAMPER"]]
+        if on:
+            pin.claim("the RTC", carries=True)
+        else:
+            pin.unclaim()
+        self.rtc.tell(flag)
 
     def _dma_request(self, name: str) -> DmaRequest:
         return self._dma_of(name).request(name)

@@ -13,7 +13,8 @@ busy is carried out when it is not; a store with neither PG nor OPTPG set is a b
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from types import MappingProxyType
@@ -58,6 +59,8 @@ class Flash(BasicFlash):
         size: bytes of flash.
         page: bytes of a page.
         hsi_on: says whether the HSI runs, which programming needs.
+        waits: it has wait states and a prefetch buffer. The STM32F100 at 24 MHz needs neither: of its ACR there is
+            HLFCYA alone, 0 after a reset (PM0063, FLASH_ACR; from memory).
 
     Attributes:
         settings: what the option bytes said at the last reset.
@@ -91,12 +94,19 @@ class Flash(BasicFlash):
         size: int,
         page: int = MEDIUM.page_bytes,
         hsi_on: Callable[[], bool] = lambda: True,
+        waits: bool = True,
     ) -> None:
+        self._waits = waits
         super().__init__(base, services, size=size, options=FACTORY)
         self.settings: Options = decode(self.options)
         self._tree = tree
         self._page = page
         self._hsi_on = hsi_on
+
+    def registers_of(self) -> Iterable[Register]:
+        """Return the registers as this device has them."""
+        for register in self.REGISTERS:
+            yield register if self._waits or register.offset != ACR else replace(register, reset=0, writable=HLFCYA)
 
     # --- what the machine calls
 

@@ -26,7 +26,7 @@ from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
 from targets.mcu.stm32.ticks import Ticks
 
-__all__ = ["Rtc"]
+__all__ = ["ALRF", "SECF", "Rtc"]
 
 CRH, CRL, PRLH, PRLL, DIVH, DIVL, CNTH, CNTL, ALRH, ALRL = range(0x00, 0x28, 4)
 SECF, ALRF, OWF, RSF, CNF, RTOFF = (1 << bit for bit in range(6))
@@ -52,6 +52,7 @@ class Rtc(Peripheral):
 
     Attributes:
         on_alarm: called at each alarm; it ends Standby.
+        on_pulse: called with True and, a tick of RTCCLK later, with False at what `tell` asks for.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (
@@ -78,6 +79,8 @@ class Rtc(Peripheral):
     ) -> None:
         super().__init__("RTC", base, services)
         self.on_alarm: Callable[[], None] = lambda: None
+        self.on_pulse: Callable[[bool], None] = lambda _level: None
+        self._told = 0
         self._rtc_hz = rtc_hz
         self._calibration = calibration
         self._writable = backup_writable
@@ -118,6 +121,11 @@ class Rtc(Peripheral):
     def clock_changed(self) -> None:
         """RTCCLK has another rate, or stands still, or runs again; or is calibrated otherwise."""
         self._ticks.refresh()
+
+    def tell(self, flag: int) -> None:
+        """Have `on_pulse` called at each second (`SECF`) or alarm (`ALRF`), also while the flag is set; 0: no more."""
+        self._told = flag
+        self._plan()
 
     # --- what it counts
 
@@ -237,7 +245,7 @@ class Rtc(Peripheral):
             (OWF, "overflow", to_overflow, self._overflowed),
         ):
             tick = self._from_tick + (second + seconds) * self._period - 1
-            if self[CRL] & flag:
+            if self[CRL] & flag and not self._told & flag:
                 self._ticks.forget(name)
             elif tick - self._ticks.now() > FAR_TICKS:
                 self._ticks.after(name, FAR_TICKS, self._plan)
@@ -259,6 +267,10 @@ class Rtc(Peripheral):
     def _rise(self, flag: int) -> None:
         self[CRL] |= flag
         self._drive()
+        if self._told & flag:
+            self.on_pulse(True)
+            self._ticks.after("pulse", 1, lambda: self.on_pulse(False))
+            self._plan()
 
     def _drive(self) -> None:
         self._irq.set(bool(self[CRL] & self[CRH] & FLAGS))

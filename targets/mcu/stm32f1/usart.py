@@ -7,6 +7,7 @@ Choices where the manual is silent, besides those of the transmitter and the rec
 * In single-wire half-duplex mode the receiver hears what is sent, unless RE is off. Meanwhile it hears others as far as
   they come in as frames, but not what they do to the level of the pin.
 * A BRR below 16 stops the bit clock.
+* In synchronous mode (`usart_clock`) idle lines and errors of frames are not looked for.
 * Bits that UART4 and UART5 lack (flow control, synchronous clock, smartcard mode, stop bits of a half, DMA of UART5)
   read 0.
 """
@@ -20,6 +21,7 @@ from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
 from targets.mcu.services import InputSignal, Services
 from targets.mcu.stm32.usart_base import UsartBase, listen
+from targets.mcu.stm32.usart_clock import CLKEN, CPHA, CPOL, LBCL, ClockPin
 from targets.mcu.stm32.usart_line import Kind
 
 __all__ = ["Uart4", "Uart5", "Usart", "ValueLineUsart"]
@@ -29,8 +31,6 @@ SR, DR, BRR, CR1, CR2, CR3, GTPR = range(0, 0x1C, 4)
 RXNE, TC, LBD, CTS = 1 << 5, 1 << 6, 1 << 8, 1 << 9
 
 SBK, RE, TE, M, UE = 1 << 0, 1 << 2, 1 << 3, 1 << 12, 1 << 13
-
-CLKEN = 1 << 11
 
 IREN, HDSEL, SCEN, RTSE = 1 << 1, 1 << 3, 1 << 5, 1 << 8
 
@@ -59,15 +59,7 @@ class Usart(UsartBase):
         Register("DR", DR, 0, 0x1FF),
         Register("BRR", BRR, 0, 0xFFFF),
         Register("CR1", CR1, 0, 0x3FFF),
-        Register(
-            "CR2",
-            CR2,
-            0,
-            0x7F6F,
-            CLKEN,
-            fidelity=Fidelity.PARTLY,
-            note="the synchronous clock (CLKEN, CPOL, CPHA, LBCL) is not put out; frames are asynchronous",
-        ),
+        Register("CR2", CR2, 0, 0x7F6F),
         Register(
             "CR3",
             CR3,
@@ -86,6 +78,13 @@ class Usart(UsartBase):
     def __init__(self, name: str, base: int, services: Services, *, bus: str, irq: int) -> None:
         super().__init__(name, base, services, irq=irq)
         self._bus = bus
+        self._ck = ClockPin(
+            self.time,
+            services.output(f"{name}_CK"),
+            self._line_rx,
+            self._line,
+            lambda word: self._line.take_word(word, False, False),
+        )
 
     # --- registers that C leaves to Python
 
@@ -100,7 +99,9 @@ class Usart(UsartBase):
         self._set_up(CR1, value)
 
     def write_CR2(self, value: int) -> None:
-        """Set stop bits, LIN mode and the address in mute mode."""
+        """Set stop bits, LIN mode, the synchronous clock and the address in mute mode."""
+        if (value ^ self[CR2]) & (LBCL | CPHA | CPOL) and self[CR1] & TE:
+            self.note("misuse", "CR2", "LBCL, CPHA and CPOL may be changed only while TE is 0")
         self._set_up(CR2, value)
 
     def write_CR3(self, value: int) -> None:
@@ -129,9 +130,29 @@ class Usart(UsartBase):
             what = f"0x{self[BRR]:X} is no baud rate (16 is the least): {self.name} does nothing"
             self.note("misuse", "BRR", what)
             wanted = 0
-        hears = self._switch_halves(wanted)
+        clocked = bool(self[CR2] & CLKEN)
+        self._samples = clocked and bool(wanted & RE)
+        self._ck.set(self[CR2] if wanted & TE else 0)
+        self._tx.clocked = clocked
+        hears = self._switch_halves(wanted & ~RE if clocked else wanted)
+        self._tx.tell_frames()
         listen(self._line_rx, self._rx.drive if hears and not cr3 & HDSEL else None)
         listen(self._line_single, self._single_changed if hears and cr3 & HDSEL else None)
+
+    def before_clock_change(self) -> None:
+        """Bring lines and samples up to the present cycle."""
+        super().before_clock_change()
+        self._ck.refresh()
+
+    def after_clock_change(self) -> None:
+        """Go on at the new rate."""
+        super().after_clock_change()
+        self._ck.rate_changed()
+
+    def _frame_begins(self) -> None:
+        super()._frame_begins()
+        if not self._kept.frame_is_break:
+            self._ck.begin(self._rx.word_bits, receives=self._samples)
 
     def _bit_cycles(self) -> int:
         divider = self[BRR]
@@ -154,13 +175,12 @@ class Usart(UsartBase):
 def _without(cr3: int) -> tuple[Register, ...]:
     """Return the registers of a UART, with those bits of CR3 (sections 27.2, 27.6)."""
     writable = {"SR": LBD | TC | RXNE, "CR2": 0x606F, "CR3": cr3, "GTPR": 0xFF}
-    remarks = {"CR2": "", "CR3": "IrDA is not modelled; frames are those of asynchronous mode"}
+    remarks = {"CR3": "IrDA is not modelled; frames are those of asynchronous mode"}
     return tuple(
         replace(
             register,
             writable=writable.get(register.name, register.writable),
             ignored=register.ignored & writable.get(register.name, register.ignored),
-            fidelity=Fidelity.MODELLED if register.name == "CR2" else register.fidelity,
             note=remarks.get(register.name, register.note),
         )
         for register in Usart.REGISTERS

@@ -32,13 +32,6 @@ from targets.mcu.stm32.absent_blocks import (
 __all__ = ["absent_peripherals"]
 
 
-class Spi(Absent):
-    """An SPI or I2S interface: the transmit buffer is always empty, nothing arrives."""
-
-    MISSING = "nothing is sent, nothing arrives"
-    REGISTERS = registers("CR1 CR2=700 SR=2: DR CRCPR=7 RXCRCR: TXCRCR: I2SCFGR I2SPR=2")
-
-
 class Dac(Absent):
     """The converters to analog: the outputs stay at 0 V."""
 
@@ -96,8 +89,6 @@ class Can28(Can):
 
 _WHERE: tuple[tuple[type[Absent], str, int], ...] = (
     (Can, "CAN3", 0x4000_3400),
-    (Spi, "SPI2", 0x4000_3800),
-    (Spi, "SPI3", 0x4000_3C00),
     (Spdif, "SPDIFRX", 0x4000_4000),
     (Can28, "CAN1", 0x4000_6400),
     (Can28, "CAN2", 0x4000_6800),
@@ -105,10 +96,6 @@ _WHERE: tuple[tuple[type[Absent], str, int], ...] = (
     (Dac, "DAC", 0x4000_7400),
     (Sdmmc, "SDMMC2", 0x4001_1C00),
     (Sdmmc, "SDMMC1", 0x4001_2C00),
-    (Spi, "SPI1", 0x4001_3000),
-    (Spi, "SPI4", 0x4001_3400),
-    (Spi, "SPI5", 0x4001_5000),
-    (Spi, "SPI6", 0x4001_5400),
     (Sai, "SAI1", 0x4001_5800),
     (Sai, "SAI2", 0x4001_5C00),
     (Ltdc, "LTDC", 0x4001_6800),

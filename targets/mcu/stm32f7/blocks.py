@@ -9,17 +9,19 @@ from types import MappingProxyType
 from targets.mcu.pins import Pins
 from targets.mcu.services import Services
 from targets.mcu.stm32.adc import Adc
+from targets.mcu.stm32.adc_noise import QUIET, AdcNoise
 from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dma_requests import Channels, Requests
 from targets.mcu.stm32.i2c import I2c
 from targets.mcu.stm32.lptim import LowPowerTimer, LptimKind
+from targets.mcu.stm32.spi_fifo import FifoSpi
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.tim.kinds import F7_KINDS
 from targets.mcu.stm32.usart import Usart
 from targets.mcu.stm32f7 import adc_inputs, dma_map
 from targets.mcu.stm32f7.clocks import ClockTree
 
-__all__ = ["adcs", "dma_controllers", "i2cs", "low_power_timer", "timers", "usarts"]
+__all__ = ["adcs", "dma_controllers", "i2cs", "low_power_timer", "spis", "timers", "usarts"]
 
 _USARTS = {
     "USART1": (0x4001_1000, 37),
@@ -37,6 +39,15 @@ _I2CS = {
     "I2C3": (0x4000_5C00, 72, 73),
     "I2C4": (0x4000_6000, 95, 96),
 }
+_SPIS = {
+    "SPI1": (0x4001_3000, "APB2", 35),
+    "SPI2": (0x4000_3800, "APB1", 36),
+    "SPI3": (0x4000_3C00, "APB1", 51),
+    "SPI4": (0x4001_3400, "APB2", 84),
+    "SPI5": (0x4001_5000, "APB2", 85),
+    "SPI6": (0x4001_5400, "APB2", 86),
+}
+_WITH_I2S = ("SPI1", "SPI2", "SPI3")  # RM0410 section 35.4
 _TIMERS = {
     "TIM1": 0x4001_0000,
     "TIM2": 0x4000_0000,
@@ -89,7 +100,26 @@ def i2cs(services: Services, tree: ClockTree) -> tuple[I2c, ...]:
     )
 
 
-def adcs(services: Services, requests: Requests, pins: Pins, enabled: Callable[[int], bool]) -> Adc:
+def spis(services: Services, requests: Requests) -> tuple[FifoSpi, ...]:
+    """Return the SPI interfaces."""
+    return tuple(
+        FifoSpi(
+            name,
+            base,
+            services,
+            bus=bus,
+            irq=irq,
+            has_i2s=name in _WITH_I2S,
+            tx_left=requests.line(f"{name}_TX").left,
+            rx_left=requests.line(f"{name}_RX").left,
+        )
+        for name, (base, bus, irq) in _SPIS.items()
+    )
+
+
+def adcs(
+    services: Services, requests: Requests, pins: Pins, enabled: Callable[[int], bool], noise: AdcNoise = QUIET
+) -> Adc:
     """Return the three ADCs, whose reference VREF+ is the supply of the pads (UM1974, SB12)."""
     return Adc(
         0x4001_2000,
@@ -102,6 +132,7 @@ def adcs(services: Services, requests: Requests, pins: Pins, enabled: Callable[[
         reference_volts=pins.vdd_volts,
         triggers=adc_inputs.REGULAR_TRIGGERS,
         injected_triggers=adc_inputs.INJECTED_TRIGGERS,
+        noise=noise,
         enabled=enabled,
     )
 

@@ -25,7 +25,7 @@ from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f7.absent import absent_peripherals
 from targets.mcu.stm32f7.af_table import ALTERNATE_FUNCTIONS
-from targets.mcu.stm32f7.blocks import adcs, dma_controllers, i2cs, low_power_timer, timers, usarts
+from targets.mcu.stm32f7.blocks import adcs, dma_controllers, i2cs, low_power_timer, spis, timers, usarts
 from targets.mcu.stm32f7.clocks import ClockTree
 from targets.mcu.stm32f7.dbgmcu import Dbgmcu
 from targets.mcu.stm32f7.flash import Flash
@@ -117,6 +117,7 @@ class Stm32f767(M7Chip):
         self.exti = Exti("EXTI", 0x4001_3C00, services, STM32F7)
         self.usarts = {usart.name: usart for usart in usarts(services, self._tree)}
         self.i2cs = {i2c.name: i2c for i2c in i2cs(services, self._tree)}
+        self.spis = {spi.name: spi for spi in spis(services, self._requests)}
         self._timers = {timer.name: timer for timer in timers(services)}
         return (
             *ports,
@@ -127,10 +128,11 @@ class Stm32f767(M7Chip):
             Rng(0x5006_0800, services, seed=board.name),
             *self.usarts.values(),
             *self.i2cs.values(),
+            *self.spis.values(),
             *self._timers.values(),
             low_power_timer(services, self._tree),
             *dma_controllers(services, self._requests),
-            adcs(services, self._requests, self.pins, self.rcc.adc_enabled),
+            adcs(services, self._requests, self.pins, self.rcc.adc_enabled, self._adc_noise(board)),
             *absent_peripherals(services),
         )
 

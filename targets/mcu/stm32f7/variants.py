@@ -51,6 +51,7 @@ def _variant(package: str, size: str) -> Variant:
         pins=_PACKAGES[package],
         usarts=("USART1", "USART2", "USART3", "UART4", "UART5", "USART6", "UART7", "UART8"),
         i2cs=("I2C1", "I2C2", "I2C3", "I2C4"),
+        spis=("SPI1", "SPI2", "SPI3", "SPI4", *(("SPI5", "SPI6") if package != "V" else ())),
         itcm_bytes=16 * _KB,
         flash_alias=0x0020_0000,
         fastest_hse_hz=50_000_000,  # of a clock; a crystal has 4 to 26 MHz

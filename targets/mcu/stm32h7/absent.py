@@ -38,15 +38,6 @@ def _each(count: int, base: int, step: int, text: str) -> str:
     return " ".join(f"@{base + step * number:X} {text.replace('#', str(number))}" for number in range(count))
 
 
-class Spi(Absent):
-    """An SPI or I2S interface with FIFOs: there is always room, nothing arrives, no transfer ends."""
-
-    MISSING = "nothing is sent, nothing arrives"
-    REGISTERS = registers(
-        "CR1 CR2 CFG1=70007 CFG2 IER SR=1002: IFCR @20 TXDR @30 RXDR: @40 CRCPOLY=107 TXCRC: RXCRC: UDRDR I2SCFGR"
-    )
-
-
 class Fdcan(Absent):
     """A CAN controller with flexible data rate, alone on its bus: nothing is sent, nothing arrives."""
 
@@ -225,8 +216,6 @@ class AxiInterconnect(Absent):
 
 
 _WHERE: tuple[tuple[type[Absent], str, int], ...] = (
-    (Spi, "SPI2", 0x4000_3800),
-    (Spi, "SPI3", 0x4000_3C00),
     (Spdif, "SPDIFRX", 0x4000_4000),
     (Cec, "CEC", 0x4000_6C00),
     (Dac, "DAC", 0x4000_7400),
@@ -238,9 +227,6 @@ _WHERE: tuple[tuple[type[Absent], str, int], ...] = (
     (Fdcan, "FDCAN2", 0x4000_A400),
     (CanClock, "CAN_CCU", 0x4000_A800),
     (CanRam, "SRAMCAN", 0x4000_AC00),
-    (Spi, "SPI1", 0x4001_3000),
-    (Spi, "SPI4", 0x4001_3400),
-    (Spi, "SPI5", 0x4001_5000),
     (SaiWithPdm, "SAI1", 0x4001_5800),
     (Sai, "SAI2", 0x4001_5C00),
     (Sai, "SAI3", 0x4001_6000),
@@ -264,7 +250,6 @@ _WHERE: tuple[tuple[type[Absent], str, int], ...] = (
     (Sdmmc, "SDMMC1", 0x5200_7000),
     (DelayBlock, "DLYB_SDMMC1", 0x5200_8000),
     (Ramecc, "RAMECC1", 0x5200_9000),
-    (Spi, "SPI6", 0x5800_1400),
     (Comp, "COMP", 0x5800_3800),
     (Vrefbuf, "VREFBUF", 0x5800_3C00),
     (SaiWithPdm, "SAI4", 0x5800_5400),

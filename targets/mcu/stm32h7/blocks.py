@@ -10,19 +10,21 @@ from types import MappingProxyType
 from targets.mcu.pins import Pins
 from targets.mcu.services import Services
 from targets.mcu.stm32.adc16 import Adc16
+from targets.mcu.stm32.adc_noise import QUIET, AdcNoise
 from targets.mcu.stm32.dma import Dma
 from targets.mcu.stm32.dma_requests import Requests
 from targets.mcu.stm32.dmamux import DmaMux, Outlets
 from targets.mcu.stm32.i2c import I2c
 from targets.mcu.stm32.lptim import LowPowerTimer, LptimKind, inside
 from targets.mcu.stm32.lpuart import LowPowerUart
+from targets.mcu.stm32.spi_packets import PacketSpi
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.tim.h7_kinds import H7_KINDS
 from targets.mcu.stm32.usart_fifo import FifoUsart
 from targets.mcu.stm32h7 import adc_inputs, dma_map
 from targets.mcu.stm32h7.dma_reach import BARRED, DmaReach
 
-__all__ = ["KernelHz", "adcs", "dma_controllers", "i2cs", "low_power_timers", "timers", "usarts"]
+__all__ = ["KernelHz", "adcs", "dma_controllers", "i2cs", "low_power_timers", "spis", "timers", "usarts"]
 
 KernelHz = Callable[[str], Fraction]
 """Returns the rate of a peripheral's own clock by the peripheral's name; 0 while it stands still."""
@@ -43,6 +45,15 @@ _I2CS = {
     "I2C3": (0x4000_5C00, 72, 73),
     "I2C4": (0x5800_1C00, 95, 96),
 }
+_SPIS = {
+    "SPI1": (0x4001_3000, 35),
+    "SPI2": (0x4000_3800, 36),
+    "SPI3": (0x4000_3C00, 51),
+    "SPI4": (0x4001_3400, 84),
+    "SPI5": (0x4001_5000, 85),
+    "SPI6": (0x5800_1400, 86),
+}
+_WIDE_SPIS = ("SPI1", "SPI2", "SPI3")  # RM0433 section 50.3: FIFOs of 16 bytes, words of 32 bits, I2S
 _TIMERS = {
     "TIM1": 0x4001_0000,
     "TIM2": 0x4000_0000,
@@ -143,6 +154,13 @@ def i2cs(services: Services, kernel_hz: KernelHz) -> tuple[I2c, ...]:
     )
 
 
+def spis(services: Services) -> tuple[PacketSpi, ...]:
+    """Return the SPI interfaces; SPI6 has no DMA, for BDMA is absent."""
+    return tuple(
+        PacketSpi(name, base, services, irq=irq, wide=name in _WIDE_SPIS) for name, (base, irq) in _SPIS.items()
+    )
+
+
 def dma_controllers(
     services: Services, requests: Requests, cached: Callable[[int], bool] = lambda _address: False
 ) -> tuple[DmaMux, Dma, Dma]:
@@ -172,7 +190,9 @@ def dma_controllers(
     return mux, first, second
 
 
-def adcs(services: Services, requests: Requests, pins: Pins, kernel_hz: KernelHz) -> tuple[Adc16, Adc16]:
+def adcs(
+    services: Services, requests: Requests, pins: Pins, kernel_hz: KernelHz, noise: AdcNoise = QUIET
+) -> tuple[Adc16, Adc16]:
     """Return ADC1 with ADC2, and ADC3; their reference VREF+ is the supply of the pads (UM2407, VREF+)."""
     first, second = (
         Adc16(
@@ -188,6 +208,7 @@ def adcs(services: Services, requests: Requests, pins: Pins, kernel_hz: KernelHz
             reference_volts=pins.vdd_volts,
             triggers=adc_inputs.REGULAR_TRIGGERS,
             injected_triggers=adc_inputs.INJECTED_TRIGGERS,
+            noise=noise,
         )
         for name, base, units, irq in (
             ("ADC12", 0x4002_2000, ("ADC1", "ADC2"), 18),

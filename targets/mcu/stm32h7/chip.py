@@ -25,7 +25,7 @@ from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32h7.absent import absent_peripherals
 from targets.mcu.stm32h7.af_table import ALTERNATE_FUNCTIONS
-from targets.mcu.stm32h7.blocks import adcs, dma_controllers, i2cs, low_power_timers, timers, usarts
+from targets.mcu.stm32h7.blocks import adcs, dma_controllers, i2cs, low_power_timers, spis, timers, usarts
 from targets.mcu.stm32h7.clocks import HSI_HZ, ClockTree
 from targets.mcu.stm32h7.dbgmcu import Dbgmcu
 from targets.mcu.stm32h7.exti import Exti
@@ -134,6 +134,7 @@ class Stm32h753(M7Chip):
         self.pwr.over_drive, syscfg.on_over_drive = syscfg.over_drive, self.pwr.over_drive_changed
         self.usarts = {usart.name: usart for usart in usarts(services, self._tree.kernel_hz)}
         self.i2cs = {i2c.name: i2c for i2c in i2cs(services, self._tree.kernel_hz)}
+        self.spis = {spi.name: spi for spi in spis(services)}
         self._timers = {timer.name: timer for timer in timers(services)}
         return (
             *ports,
@@ -147,8 +148,9 @@ class Stm32h753(M7Chip):
             *self._timers.values(),
             *low_power_timers(services, self._tree.low_power_hz, self.exti.unmasks),
             *dma_controllers(services, self._requests, self.core.data_may_be_cached),
-            *adcs(services, self._requests, self.pins, self._tree.kernel_hz),
+            *adcs(services, self._requests, self.pins, self._tree.kernel_hz, self._adc_noise(board)),
             *self.i2cs.values(),
+            *self.spis.values(),
             *absent_peripherals(services, crypto=board.variant.name.startswith("STM32H753")),
         )
 

@@ -59,6 +59,7 @@ def _variant(name: str) -> Variant:
         pins=_PACKAGES[name[-2]],
         usarts=("USART1", "USART2", "USART3", "UART4", "UART5", "USART6", "UART7", "UART8", "LPUART1"),
         i2cs=("I2C1", "I2C2", "I2C3", "I2C4"),
+        spis=("SPI1", "SPI2", "SPI3", "SPI4", "SPI5", "SPI6"),
         itcm_bytes=64 * _KB,
         fastest_hse_hz=50_000_000,  # of a clock; a crystal has 4 to 48 MHz
     )

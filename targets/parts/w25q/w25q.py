@@ -109,6 +109,7 @@ class W25q(Part):
         self._busy_until_ns = 0
         self._asleep = self._reset_armed = False
         self._volatile = False
+        self.releases = 0  # of chip select, so far
 
     def spi_slave(self, name: str) -> SpiSlave:
         """Return what answers on the bus; raises KeyError as `Part.spi_slave` does."""
@@ -133,6 +134,7 @@ class W25q(Part):
         """Carry out a command that has ended since the last look."""
         rises = [ns for ns, level in self._cs.changes(self._looked_ns, now_ns) if level]
         self._looked_ns = max(self._looked_ns, now_ns)
+        self.releases += len(rises)
         if self._open and (rises or self._cs.level_at(now_ns)):
             command, self._open = bytes(self._open), bytearray()
             self._end(command, rises[0] if rises else now_ns)
@@ -144,9 +146,13 @@ class W25q(Part):
             self._answer = self._begin(byte, now_ns)
             self._open.append(byte)
             return 0xFF
-        answer = self._answer(number)
+        answer = self.answer()
         self._open.append(byte)
         return answer
+
+    def answer(self) -> int:
+        """Return the byte that goes out while the next one comes in."""
+        return self._answer(len(self._open)) if self._open else 0xFF
 
     # --- commands
 
@@ -270,7 +276,12 @@ class _Slave:
     modes = frozenset({0, 3})
 
     def __init__(self, flash: W25q) -> None:
-        self.selected, self.exchange = flash.selected, flash.exchange
+        self._flash = flash
+        self.selected, self.exchange, self.answer = flash.selected, flash.exchange, flash.answer
+
+    @property
+    def releases(self) -> int:
+        return self._flash.releases
 
 
 def _nothing(_number: int) -> int:

@@ -81,7 +81,7 @@ def test_its_ledger_is_of_both_names(capsys):
         assert main(["doctor", "--fidelity", name, "--json"]) == 0
         parts = {part["name"]: part for part in json.loads(capsys.readouterr().out)["peripherals"]}
         assert parts["RCC"]["base"] == rcc
-        assert parts["SPI1"]["counts"]["absent"] == len(parts["SPI1"]["registers"])
+        assert parts["SAI1"]["counts"]["absent"] == len(parts["SAI1"]["registers"])
 
 
 def test_the_other_nucleo_runs_from_the_command_line(capsys):

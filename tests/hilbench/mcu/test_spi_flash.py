@@ -26,20 +26,27 @@ buses = { spi = "brain.SPI1" }
 """
 
 
+NUCLEO_FLASH = FLASH.replace("PA4", "PD14")
+
+
+def nucleo(chip):
+    return BENCH.replace("bluepill", f"nucleo-{chip}zi").replace("style-flash", f"{chip}-flash")
+
+
 @pytest.fixture
 def run(tmp_path):
     """Run the driver on a bench with these lines more; return what it has said, and the bench."""
     with contextlib.ExitStack() as undo:
 
-        def go(more="", seconds=0.1, before=lambda _emulated: None):
+        def go(more="", seconds=0.1, before=lambda _emulated: None, bench=BENCH, usart="usart1"):
             file = tmp_path / "b.toml"
-            file.write_text(BENCH + more)
+            file.write_text(bench + more)
             emulated = EmulatedBench(open_bench(str(file)))
             undo.callback(emulated.close)
             before(emulated)
             board = boards_under_test(emulated)["brain"]
             board.run(seconds)
-            return board.usart("usart1").text.splitlines(), emulated
+            return board.usart(usart).text.splitlines(), emulated
 
         yield go
 
@@ -56,6 +63,18 @@ def test_it_is_identified_erased_programmed_and_read_in_three_ways(run):
     assert [(one["what"], one["address"]) for one in told] == [
         ("erase", 0x12000), ("program", 0x12000), ("program", 0x12100), ("program", 0x12200),
     ]  # fmt: skip
+    assert not emulated.notes()
+
+
+@pytest.mark.parametrize("chip", ["f767", "h753"])
+def test_on_a_nucleo(run, chip):
+    """By the manuals' own procedures: several words with each access, and by DMA no multiple of them."""
+    said, emulated = run(NUCLEO_FLASH, bench=nucleo(chip), usart="usart3")
+    assert said == ["identity 0xef4017", "polled: ok", "by interrupt: ok", "by dma: ok"]
+    flash = emulated.surroundings.parts.by_name["flash"]
+    for way, count in enumerate((256, 256, 255)):
+        begin = 0x12000 + 256 * way
+        assert flash.array.data[begin : begin + count] == bytes((at * 7 + way) & 0xFF for at in range(count))
     assert not emulated.notes()
 
 

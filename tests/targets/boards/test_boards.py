@@ -140,6 +140,7 @@ def test_a_board_may_have_no_crystal():
         ({"lse_hz": 0}, "lse_hz must be between"),
         ({"hse_startup_us": 0}, "hse_startup_us must be between 1 and 60000000, not 0"),
         ({"lse_startup_us": 60_000_001}, "lse_startup_us must be between"),
+        ({"adc_noise_lsb": -1}, "adc_noise_lsb must be between 0 and 1000, not -1"),
         ({"leds": [{"name": "L", "pin": "PE1"}]}, "leds name 'PE1', which the STM32F103C8 does not have"),
         ({"pins": {"D7": "PD7"}}, "pins name 'PD7'"),
         ({"pull_ups": ["PX"]}, "pull_ups name 'PX'"),

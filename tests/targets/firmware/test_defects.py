@@ -17,19 +17,24 @@ from targets.mcu.i2c_contest import Contest
 from targets.mcu.stm32.exti import Exti
 from targets.mcu.stm32.i2c_wire import Wire
 from targets.mcu.stm32.iwdg import Iwdg
+from targets.mcu.stm32.mco import Choice
 from targets.mcu.stm32.oscillator import Oscillator
 from targets.mcu.stm32.rcc import BasicRcc
+from targets.mcu.stm32.spi_base import BasicSpi
+from targets.mcu.stm32.spi_wire import SpiWire
 from targets.mcu.stm32.tim.breaks import Breaks
 from targets.mcu.stm32.tim.core import TimerCore
 from targets.mcu.stm32.tim.counting import Counting
 from targets.mcu.stm32.tim.effects import TimerEffects
 from targets.mcu.stm32.tim.timer import Timer
 from targets.mcu.stm32.usart_base import UsartBase
+from targets.mcu.stm32.usart_clock import ClockPin
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f1.adc import Adc
 from targets.mcu.stm32f1.adc_dual import Dual
 from targets.mcu.stm32f1.adc_unit import F1Unit
 from targets.mcu.stm32f1.bkp import Bkp
+from targets.mcu.stm32f1.chip import Stm32f103
 from targets.mcu.stm32f1.crc import Crc
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import Gpio
@@ -41,7 +46,6 @@ from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
 from targets.mcu.stm32f1.rtc import Rtc
 from targets.mcu.stm32f1.spi import Spi
-from targets.mcu.stm32f1.spi_wire import SpiWire
 from targets.mcu.stm32f1.usart import Usart
 from tests.targets.firmware.defect import Defect, finds_it, some
 
@@ -52,6 +56,23 @@ DEFECTS = [
     Defect(
         "one wire: nothing is heard of oneself", "usart", UsartBase, "_frame_begins", "self._rx.receive(frame)", "pass"
     ),
+    Defect("no clock", "usart-clock", ClockPin, "begin", "if not self._control & CLKEN", "if True"),
+    Defect("CPOL is not looked at", "usart-clock", ClockPin, "set", "bool(control & CPOL) if", "False if"),
+    Defect("CPOL turns no pulse over", "usart-clock", ClockPin, "begin", "not self._control & CPOL", "True"),
+    Defect("CPHA is not looked at", "usart-clock", ClockPin, "begin", "0 if self._control & CPHA else", ""),
+    Defect("LBCL is not looked at", "usart-clock", ClockPin, "begin", "bits if self._control & LBCL else", ""),
+    Defect("stop bits have a pulse", "usart-clock", ClockPin, "begin", "last + 1)", "last + 2)"),
+    Defect("sampled at the end of bits", "usart-clock", ClockPin, "begin", "16 * bit + _HALF for", "16 * bit + 16 for"),
+    Defect("nothing comes in", "usart-clock", ClockPin, "_sample", "self._take(self._word)", "pass"),
+    Defect(
+        "frames come in as without a clock",
+        "usart-clock",
+        Usart,
+        "_run",
+        "wanted & ~RE if clocked else wanted",
+        "wanted",
+    ),
+    Defect("a break has a clock", "usart-clock", Usart, "_frame_begins", "if not self._kept.frame_is_break", "if True"),
     # --- ADC
     Defect("sampling always takes 1.5 clocks", "adc", F1Unit, "_sampling", "return self", "return 0 and self"),
     Defect("13 clocks of conversion", "adc", F1Unit, "_conversion_halves", "bits + 1", "bits + 300"),
@@ -185,8 +206,22 @@ DEFECTS = [
     Defect("CRH survives a reset", "rtc", Rtc, "reset", "self[CRH], self[CRL] = 0, RTOFF", "self[CRL] = RTOFF"),
     Defect("BDRST is not looked at", "rtc", Rtc, "reset_backup", "self._clear()", "pass"),
     Defect("ALR can be read", "rtc", Rtc, "read_ALRL", "return 0", "return self._alarm & 0xFFFF"),
+    Defect("RTCCLK is not divided", "rtc-output", Choice, "rate", "clocks[clock] / divider", "clocks[clock]"),
+    Defect("nothing is put out", "rtc-output", Stm32f103, "_rtc_puts_out", "carries=True", "pull=True"),
+    Defect("the pin is kept", "rtc-output", Stm32f103, "_rtc_puts_out", "pin.unclaim()", "pass"),
+    Defect("a second is told once", "rtc-output", Rtc, "_plan", "and not self._told & flag", ""),
+    Defect("a pulse never ends", "rtc-output", Rtc, "_rise", "self.on_pulse(False)", "None"),
+    Defect("an alarm is every second", "rtc-output", Bkp, "_put_out", "SECF if chosen & ASOS else ALRF", "SECF"),
+    Defect("BDRST leaves the output", "rtc-output", Bkp, "reset_backup", "self._put_out()", "pass"),
     # --- SPI
-    Defect("words take half as long", "spi", Spi, "_begin", "<< (control >> 3 & 7)", "<< (control >> 3 & 7) >> 1"),
+    Defect(
+        "words take half as long",
+        "spi",
+        BasicSpi,
+        "_half_cycles",
+        "<< (self[CR1] >> 3 & 7)",
+        "<< (self[CR1] >> 3 & 7) >> 1",
+    ),
     Defect("always eight bits", "spi", Spi, "_bits", "16 if self[CR1] & DFF else 8", "8"),
     Defect("TXE stays", "spi", Spi, "write_DR", "&= ~TXE", "&= ~0"),
     Defect("DR leaves RXNE", "spi", Spi, "read_DR", "&= ~RXNE", "&= ~0"),
@@ -194,18 +229,18 @@ DEFECTS = [
     Defect(
         "an overrun has the last word", "spi", Spi, "_received", "self[SR] |= OVR", "self[SR] |= OVR; self[DR] = word"
     ),
-    Defect("SR alone ends an overrun", "spi", Spi, "read_SR", "and self._read_dr", ""),
-    Defect("no mode fault by SSI", "spi", Spi, "_selected", "return not control & SSI", "return False"),
-    Defect("no mode fault by NSS", "spi", Spi, "_nss_changed", "self._master and not level", "False"),
-    Defect("MODF holds nothing", "spi", Spi, "write_CR1", "value &= ~(SPE | MSTR)", "pass"),
-    Defect("MODF never ends", "spi", Spi, "write_CR1", "self[SR] &= ~MODF", "pass"),
-    Defect("receive-only stops by itself", "spi", Spi, "_proceed", "if self._receives_only", "if False"),
+    Defect("SR alone ends an overrun", "spi", BasicSpi, "read_SR", "and self._read_dr", ""),
+    Defect("no mode fault by SSI", "spi", BasicSpi, "_selected", "return not control & SSI", "return False"),
+    Defect("no mode fault by NSS", "spi", BasicSpi, "_nss_changed", "self._master and not level", "False"),
+    Defect("MODF holds nothing", "spi", BasicSpi, "write_CR1", "value &= ~(SPE | MSTR)", "pass"),
+    Defect("MODF never ends", "spi", BasicSpi, "write_CR1", "self[SR] &= ~MODF", "pass"),
+    Defect("receive-only stops by itself", "spi", BasicSpi, "_proceed", "if self._receives_only", "if False"),
     Defect("one wire out receives", "spi", Spi, "_word_over", "if not self._transmits_only:", "if True:"),
-    Defect("LSBFIRST is not looked at", "spi", Spi, "_begin", "if control & LSBFIRST", "if False"),
+    Defect("LSBFIRST is not looked at", "spi", BasicSpi, "_begin", "if self._lsb_first", "if False"),
     Defect("the CRC is not sent", "spi", Spi, "_word_over", "self._waiting = self[TXCRCR]", "pass"),
     Defect("the CRC is not compared", "spi", Spi, "_word_over", "self[SR] |= CRCERR", "pass"),
-    Defect("RXNEIE is not looked at", "spi", Spi, "_update", "flags & RXNE and enables & RXNEIE", "False"),
-    Defect("no request to send", "spi", Spi, "_update", "flags & TXE and enables & TXDMAEN", "False"),
+    Defect("RXNEIE is not looked at", "spi", BasicSpi, "_update", "flags & RXNE and enables & RXNEIE", "False"),
+    Defect("no request to send", "spi", BasicSpi, "_update", "flags & TXE and enables & TXDMAEN", "False"),
     Defect("SCK idles low", "spi", SpiWire, "idle", "self._sck.set(cpol)", "self._sck.set(False)"),
     # --- TIM
     Defect("UG sets UIF in spite of URS", "tim", TimerEffects, "_reinitialise", "if self[CR1] & URS", "if False"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-CHECKS = {"adc": 28, "dma": 37, "i2c": 23, "lptim": 65, "pins": 37, "serial": 55, "timers": 31}
+CHECKS = {"adc": 28, "dma": 37, "i2c": 23, "lptim": 65, "pins": 37, "serial": 55, "spi": 55, "timers": 31}
 NOTES = {
     "dma": ["DMA1_S1NDTR", "DMA1_S1PAR"],
     "lptim": ["LPTIM1_CR", "LPTIM1_IER"],

@@ -15,14 +15,15 @@ from targets.mcu.stm32.usart_fifo import FifoUsart
 from targets.mcu.stm32h7.dma_reach import DmaReach
 from tests.targets.firmware.defect import Defect, finds_it, some
 
-CHECKS = {"adc16": 38, "dmamux": 19, "lptim": 75, "usart-fifo": 32}
+CHECKS = {"adc16": 38, "dmamux": 19, "lptim": 75, "spi": 68, "usart-fifo": 32}
 NOTES = {
     "adc16": ["ADC3_CR.ADEN", "ADC3_CR.ADCAL"],
     "dmamux": ["DTCM"],
     "lptim": ["LPTIM1_CR", "LPTIM1_IER"],
+    "spi": ["SPI1_CFG1"],
     "usart-fifo": ["USART2_CR1", "USART2_PRESC"],
 }
-LIMIT_MS = {"adc16": 25, "dmamux": 2, "lptim": 40, "usart-fifo": 6}
+LIMIT_MS = {"adc16": 25, "dmamux": 2, "lptim": 40, "spi": 4, "usart-fifo": 6}
 OTHER_TIMING = pytest.mark.exhaustive("the other timing model; the gate has golden traces with it")
 
 
@@ -38,7 +39,7 @@ def test_every_check_holds(start, name, timing):
 
 
 @pytest.mark.exhaustive("each self-test in other ways; the gate has fifteen images so in traces/test_goldens.py")
-@pytest.mark.parametrize("name", ["dmamux", "lptim", "usart-fifo"])
+@pytest.mark.parametrize("name", ["dmamux", "lptim", "spi", "usart-fifo"])
 def test_it_ends_at_the_same_cycle_however_it_is_run(start, name):
     def end(step_ns=None, **options):
         run = start(f"h753-{name}", **options).to(LIMIT_MS[name], step_ns=step_ns)

@@ -25,6 +25,7 @@ CHECKS = {
     "pwr-bkp": 22,
     "rcc": 57,
     "rtc": 26,
+    "rtc-output": 9,
     "smbus": 32,
     "spi": 48,
     "systick": 21,
@@ -33,6 +34,7 @@ CHECKS = {
     "tim1": 54,
     "unaligned": 5,
     "usart": 98,
+    "usart-clock": 18,
     "wwdg": 18,
 }
 

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from targets.mcu.spi_bus import SpiBus
 from targets.parts.testing import PartBench
 from targets.parts.w25q import W25q
 from targets.parts.w25q.array import Array
@@ -46,6 +47,18 @@ class Rig:
         self.wait(BYTE_NS)
         assert not self.slave.selected(self.now_ns)
         return bytes(found[len(command) :])
+
+    def nibbles(self, bus, *words):
+        """Send words of four bits over a bus between two edges of chip select; return what came back."""
+        self.wait(BYTE_NS)
+        self.cs.set(False, self.now_ns)
+        found = []
+        for word in words:
+            self.wait(BYTE_NS)
+            found.append(bus.exchange(word, 4, 0, self.now_ns))
+        self.wait(BYTE_NS)
+        self.cs.set(True, self.now_ns)
+        return found
 
     def status(self):
         return self.transfer(STATUS, read=1)[0]
@@ -226,3 +239,12 @@ def test_no_bytes_break_it(commands):
     for command in commands:
         rig.transfer(*command)
     assert 0 <= rig.status() <= 0xFF
+
+
+def test_words_may_end_within_a_byte():
+    """A byte that chip select cuts short is none, also if nobody looks meanwhile."""
+    rig, bus = Rig(), SpiBus()
+    bus.attach(rig.slave)
+    assert rig.nibbles(bus, 0x9, 0xF, *(0,) * 6) == [0xF, 0xF, 0xE, 0xF, 0x4, 0x0, 0x1, 0x7]
+    assert rig.nibbles(bus, 0x9) == [0xF]
+    assert rig.nibbles(bus, 0x0, 0x5, 0, 0) == [0xF, 0xF, 0, 0]

@@ -550,6 +550,11 @@ void hil_stream_ended(struct hil_streams *dma, uint32_t n) {
     close_stream(dma, n);
 }
 
+/* How many items have still to pass the peripheral port; 0 if the stream does not run. */
+uint32_t hil_stream_left(const struct hil_streams *dma, uint32_t n) {
+  return dma->streams[n].runs ? dma->streams[n].left : 0;
+}
+
 /* Have a stream listen to these lines, and to no others. */
 HIL_EXPORT void hil_streams_select(struct hil_streams *dma, uint32_t n, const uint32_t *lines, uint32_t count) {
   struct stream *stream = &dma->streams[n];

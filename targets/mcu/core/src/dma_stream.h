@@ -28,5 +28,6 @@ typedef uint64_t (*hil_streams_ask)(uint32_t question, uint32_t address, uint32_
 
 void hil_stream_asked(struct hil_streams *dma, uint32_t n);
 void hil_stream_ended(struct hil_streams *dma, uint32_t n);
+uint32_t hil_stream_left(const struct hil_streams *dma, uint32_t n);
 
 #endif

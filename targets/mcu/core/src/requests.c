@@ -39,6 +39,15 @@ HIL_EXPORT void hil_lines_end(struct hil_request_lines *lines, uint32_t number) 
       hil_stream_ended(lines->controllers[n / STREAMS], n % STREAMS);
 }
 
+/* How many accesses the streams that listen have still to make; the one that is being made counts. */
+HIL_EXPORT uint32_t hil_lines_left(const struct hil_request_lines *lines, uint32_t number) {
+  uint32_t heard_by = lines->lines[number].heard_by, left = 0;
+  for (uint32_t n = 0; heard_by >> n; n++)
+    if (heard_by >> n & 1)
+      left += hil_stream_left(lines->controllers[n / STREAMS], n % STREAMS);
+  return left;
+}
+
 HIL_EXPORT bool hil_lines_level(const struct hil_request_lines *lines, uint32_t number) {
   return lines->lines[number].level;
 }

@@ -6,8 +6,10 @@ from fractions import Fraction
 
 import pytest
 
+from targets.mcu.services import Watch
 from targets.mcu.stm32f1.bkp import Bkp
 from targets.mcu.stm32f1.pwr import DeepSleep, Pwr
+from targets.mcu.stm32f1.rtc import Rtc
 from targets.mcu.testing import FakeChip, peek, poke
 
 DATA = [f"DR{number}" for number in range(1, 11)]
@@ -158,3 +160,83 @@ def test_an_active_pin_counts_when_it_is_enabled(chip, open_bkp):
     assert peek(open_bkp, "DR3") == 0
     assert peek(open_bkp, "CSR") == 0x100
     assert not chip.irq(2).level
+
+
+# --- what the RTC puts out (RM0008 sections 6.3.2 and 6.4.2)
+
+CCO, ASOE, ASOS = 1 << 7, 1 << 8, 1 << 9
+
+
+class Outputs:
+    """BKP and the RTC at 32 Hz with seconds of 8 ticks, tied as in the chip; HCLK is 3200 Hz."""
+
+    def __init__(self):
+        self.chip = FakeChip(3200)
+        self.hz = Fraction(32)
+        self.rtc = self.chip.add(Rtc(0x4000_2800, self.chip.services, rtc_hz=lambda: self.hz))
+        self.bkp = self.chip.add(
+            Bkp(0x4000_6C00, self.chip.services, backup_writable=lambda: True, rtc_hz=lambda: self.hz)
+        )
+        self.on = []
+        self.rtc.on_pulse = self.bkp.pulse
+        self.bkp.on_output = self.taken
+        self.rtc.clock_changed()
+        poke(self.rtc, "CRL", 0x10)
+        poke(self.rtc, "PRLH", 0)
+        poke(self.rtc, "PRLL", 7)
+        poke(self.rtc, "ALRH", 0)
+        poke(self.rtc, "ALRL", 3)
+        poke(self.rtc, "CRL", 0)
+        self.chip.advance(300)
+        self.pin = self.chip.output("TAMPER")
+        self.begin = self.chip.time.now
+
+    def taken(self, on, flag):
+        self.on.append(on)
+        self.rtc.tell(flag)
+
+    def edges(self, ticks):
+        self.chip.advance(100 * ticks)
+        self.pin.look()
+        return [((cycle - self.begin) / 100, level) for cycle, level in self.pin.edges if cycle > self.begin]
+
+
+@pytest.fixture
+def outputs():
+    return Outputs()
+
+
+@pytest.mark.parametrize("watch", Watch)
+def test_the_clock_divided_by_64(outputs, watch):
+    outputs.pin.set_watch(watch)
+    poke(outputs.bkp, "RTCCR", CCO)
+    assert outputs.on == [True]
+    edges = outputs.edges(100)
+    assert edges == ([(32, True), (64, False), (96, True)] if watch is not Watch.NOBODY else [(100, True)])
+    outputs.hz = Fraction(0)
+    outputs.rtc.clock_changed()
+    outputs.bkp.rtc_clock_changed()
+    assert outputs.pin.level is False
+    poke(outputs.bkp, "RTCCR", 0)
+    assert outputs.on == [True, False]
+    assert outputs.pin.level is None
+
+
+def test_each_second_is_a_pulse_of_a_tick(outputs):
+    poke(outputs.bkp, "RTCCR", ASOE | ASOS)
+    assert outputs.edges(24) == [(7, True), (8, False), (15, True), (16, False), (23, True), (24, False)]
+
+
+def test_so_is_each_alarm(outputs):
+    poke(outputs.bkp, "RTCCR", ASOE)
+    assert outputs.edges(80) == [(31, True), (32, False)]
+    outputs.bkp.reset()
+    assert outputs.on == [True]
+    outputs.bkp.reset_backup()
+    assert outputs.on == [True, False]
+
+
+def test_not_beside_tamper_detection(outputs):
+    poke(outputs.bkp, "CR", 1)
+    poke(outputs.bkp, "RTCCR", CCO)
+    assert outputs.chip.noted("misuse") == ["BKP_RTCCR"]

@@ -269,3 +269,14 @@ def test_others_have_none_of_it():
     assert not {"TIM15", "TIM6", "DAC", "CEC"} & set(machine.chip.peripherals)
     assert 0x2C not in machine.chip.rcc.registers
     assert 0x1C not in machine.chip.afio.registers
+
+
+def test_the_flash_has_no_wait_states(rig):
+    """PM0063, FLASH_ACR: half-cycle access alone."""
+    flash = rig.chip.peripherals["FLASH"]
+    asked = []
+    flash.on_latency = asked.append
+    assert peek(flash, "ACR") == 0
+    poke(flash, "ACR", 0x3F)
+    assert peek(flash, "ACR") == 1 << 3
+    assert not asked

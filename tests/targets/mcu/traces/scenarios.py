@@ -397,7 +397,9 @@ _OWN: dict[str, Scenario] = {
             )
             for board in ("f767", "h753")
         ),
-        *(Scenario(image=f"f767-{name}", span_ns=50 * MS) for name in ("adc", "dma", "i2c")),
+        *(Scenario(image=f"f767-{name}", span_ns=50 * MS) for name in ("adc", "dma", "i2c", "spi")),
+        *(Scenario(image=f"{board}-flash", span_ns=10 * MS) for board in ("f767", "h753")),
+        Scenario(image="h753-spi", span_ns=25 * MS),
         *(Scenario(image=f"vehicle{which}", span_ns=1200 * MS, inputs=_DRIVE) for which in ("", "-v0", "-v1")),
         Scenario(image="vehicle-micro-ros", span_ns=1200 * MS, inputs=_MICRO_ROS),
         Scenario(image="f767-pins", span_ns=50 * MS),

@@ -1,4 +1,4 @@
-"""An SPI interface of an F103 on a chip in a test tube: HCLK 72 MHz, APB2 the same; slaves that remember."""
+"""An SPI interface of an F103 on a chip in a test tube: HCLK 72 MHz, APB2 the same."""
 
 from __future__ import annotations
 
@@ -7,32 +7,11 @@ import pytest
 from targets.mcu.services import Watch
 from targets.mcu.stm32f1.spi import Spi
 from targets.mcu.testing import FakeChip, peek, poke
+from tests.targets.mcu.stm32.spi.slave import Slave
 
 FLAGS = {0: "RXNE", 1: "TXE", 4: "CRCERR", 5: "MODF", 6: "OVR", 7: "BSY"}
 MSTR, SPE, SSI, SSM = 1 << 2, 1 << 6, 1 << 8, 1 << 9
 MASTER = MSTR | SPE | SSI | SSM
-
-
-class Slave:
-    """Answers with what it was given to say, then with 0xFF."""
-
-    def __init__(self, *answers, modes=(0, 3)):
-        self.answers = list(answers)
-        self.modes = frozenset(modes)
-        self.taken = []
-        self.on = True
-
-    def selected(self, now_ns):
-        del now_ns
-        return self.on
-
-    def exchange(self, byte, now_ns):
-        self.taken.append((byte, now_ns))
-        return self.answers.pop(0) if self.answers else 0xFF
-
-    @property
-    def bytes(self):
-        return bytes(byte for byte, _ in self.taken)
 
 
 class Rig:

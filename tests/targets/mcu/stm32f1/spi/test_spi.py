@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from targets.mcu.services import Watch
-from targets.mcu.stm32f1.spi_crc import crc_of
+from targets.mcu.stm32.spi_crc import crc_of
 from tests.each import each
 
 CPHA, CPOL, MSTR, SPE, LSBFIRST, SSI, SSM, RXONLY, DFF, CRCNEXT, CRCEN, BIDIOE, BIDIMODE = (

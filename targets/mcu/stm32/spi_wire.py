@@ -11,8 +11,10 @@ if CPHA is set; what comes in is sampled at the second (RM0008 figure 240).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 
 from targets.mcu.services import InputSignal, OutputSignal, Services, Watch
 from targets.mcu.spi_bus import SpiBus
@@ -27,8 +29,8 @@ class Word:
 
     Attributes:
         bits: of MOSI, the first one as the highest.
-        count: how many, 8 or 16.
-        half_cycles: HCLK cycles of half a clock.
+        count: how many, 4 to 32.
+        half_cycles: HCLK cycles of half a clock; a fraction where the clock of the words does not come from HCLK.
         cpha: CPHA.
         drives: MOSI is driven.
         one_wire: what comes in does so on MOSI.
@@ -36,7 +38,7 @@ class Word:
 
     bits: int
     count: int
-    half_cycles: int
+    half_cycles: int | Fraction
     cpha: bool
     drives: bool
     one_wire: bool
@@ -67,6 +69,11 @@ class SpiWire:
         self._under_way: _UnderWay | None = None
         for signal in (self._sck, self._mosi):
             signal.on_watch = self._watched
+
+    @property
+    def under_way(self) -> bool:
+        """Whether a word is."""
+        return self._under_way is not None
 
     def idle(self, cpol: bool) -> None:
         """Be a master that waits: SCK stands at its idle level, MOSI where it was, low at first (choice)."""
@@ -210,8 +217,8 @@ class _UnderWay:
         self._looked = bits
 
     def cycle(self, half: int) -> int:
-        """Return the cycle at which a half begins."""
-        return self._begin + half * self.word.half_cycles
+        """Return the cycle at which a half begins, or the first one after that."""
+        return self._begin + math.ceil(half * self.word.half_cycles)
 
 
 def _put(signal: OutputSignal, cycle: int, level: bool) -> None:
