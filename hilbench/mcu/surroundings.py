@@ -1,15 +1,17 @@
-"""What stands around the emulated boards of a bench: parts, and a model or a bare vehicle in its world."""
+"""What stands around the emulated boards of a bench: parts, models, a bare vehicle in its world."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from hilbench.bench import Bench
+from hilbench.bench.devices import DeviceActor
+from hilbench.bench.served_targets import HOST_LINE, ServedTarget
 from hilbench.benchfile.bench_file import BenchFile, Link, ModelTarget
-from hilbench.errors import UnavailableError
+from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.mcu.buses import Buses
 from hilbench.mcu.group import MachineGroup
@@ -79,6 +81,9 @@ class Surroundings:
                 self._add_vehicle()
         except WorldError as error:
             raise UnavailableError(str(error), where=f"scene {bench_file.world.scene}") from error
+        for name, there in bench_file.targets.items():
+            if not there.kind.has_body:
+                self._add_device(name, there)
         self._join_parts()
         self.parts.power_on()
 
@@ -96,6 +101,37 @@ class Surroundings:
         self.model = checked(there.owner.stand, Standing)(self._bench, self._bench_file, line, seed=self._seed)
         self._undo.callback(self.model.close)
         self._join(self.model)
+
+    def _add_device(self, name: str, there: ModelTarget) -> None:
+        """Put a model without a body at the boards that its lines lead to.
+
+        Raises:
+            UsageError: it is one that only the checker has.
+        """
+        joined = {mine: port for link in self._bench_file.links for mine, port in self._board_of(link, name)}
+        if not joined:
+            return
+        if there.kind.beside:
+            raise UsageError(f"'{name}' is what the checker is, and is not at a board's line", where="links")
+        if isinstance(there.owner, System):
+            made = checked(there.owner.beside_boards, ServedTarget)(self._bench_file, seed=self._seed)
+            self._undo.callback(made.make(self._bench, dict(self._ends_of(made, joined))))
+        else:
+            assert there.owner.device is not None
+            DeviceActor(self._bench, there.owner.device.make(there.settings), joined[HOST_LINE], name=name)
+
+    def _ends_of(self, made: ServedTarget, joined: Mapping[str, UsartPort]) -> Iterator[tuple[str, Port]]:
+        """All ends of a model, of which some lead to boards, and the others nowhere."""
+        for line, baud in made.lines.items():
+            nowhere = MemoryLink(self._bench.scheduler, Line(baud=baud), name=line).b
+            yield line, joined.get(line.rpartition(".")[2], nowhere)
+
+    def _board_of(self, link: Link, name: str) -> Iterator[tuple[str, UsartPort]]:
+        """The line of a model that leads to a board by this link, if it does, and the board's far end."""
+        for end, other in (link.ends, link.ends[::-1]):
+            if end.startswith(f"{name}.") and other in self._ports:
+                self._ports[other].reacts = True
+                yield end.rpartition(".")[2], self._ports[other]
 
     def _add_vehicle(self) -> None:
         from hilbench.mcu.bare_vehicle import BareVehicle

@@ -251,6 +251,18 @@ class System:
         del bench, line, seed
         raise UsageError(f"system '{self.name}' has no model that stands beside boards", where=bench_file.name)
 
+    def beside_boards(self, bench_file: BenchFile, *, seed: int) -> ServedTarget:
+        """Return the model without a body whose lines lead to boards of its bench; nothing of it comes from the host.
+
+        Args:
+            bench_file: a bench with boards.
+            seed: the seed of everything random.
+
+        Raises:
+            UsageError: the system has no such model.
+        """
+        return self.served(bench_file, scene=None, baud=None, seed=seed)
+
     # --- a bench that is served, or live
 
     def served(self, bench_file: BenchFile, *, scene: str | None, baud: int | None, seed: int) -> ServedTarget:

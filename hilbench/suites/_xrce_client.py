@@ -50,6 +50,7 @@ class Agent:
         peer: that end.
 
     Attributes:
+        began_ns: bench time at which the case began.
         away: nothing is answered, nor noted in a session.
         opens: CREATE_CLIENT is answered; with `status`.
         confirms: requests of the session are answered.
@@ -61,6 +62,7 @@ class Agent:
 
     def __init__(self, peer: ProtocolPeer) -> None:
         self.peer = peer
+        self.began_ns = peer.bench.now_ns
         self.away = False
         self.opens = self.confirms = self.acknowledges = True
         self.status = Status.OK
@@ -179,7 +181,7 @@ class Agent:
         What comes without a gap behind other messages may have waited behind them.
         """
         begun_ns = one.start_ns
-        gap_ns = self._bytes_ns(2) + round(self.peer.uncertainty_s(0) * NS_PER_S)
+        gap_ns = self._bytes_ns(2) + round(self.peer.uncertainty_s(self.began_ns) * NS_PER_S)
         for before in reversed(self.heard[: self.heard.index(one)]):
             if begun_ns - before.at_ns > gap_ns:
                 break

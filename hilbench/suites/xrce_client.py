@@ -165,10 +165,11 @@ def test_what_is_acknowledged_is_done_with(agent: Agent) -> None:
     _require_reliable(agent)
     seen = [*{one.message: (one.header.stream_id, one.header.sequence) for one in _reliable(agent, 0)}.values()]
     assert seen, "nothing is said on a stream"
-    agent.peer.require_punctual(0, 0.05, "what was said again may have been said before it was acknowledged")
+    late = "what was said again may have been said before it was acknowledged"
+    agent.peer.require_punctual(agent.began_ns, 0.05, late)
     again = sorted({one for one in seen if seen.count(one) > 1})
     assert not again, f"messages {again[:5]} come again"
-    obeyed_ns = to_ns(ANSWER_S + agent.peer.uncertainty_s(0))
+    obeyed_ns = to_ns(ANSWER_S + agent.peer.uncertainty_s(agent.began_ns))
     for beat in agent.of(xrce.Heartbeat, _begun(agent)):
         known = agent.acknowledged(beat.said.stream_id, agent.made_ns(beat) - obeyed_ns)
         first, last = beat.said.first_unacked, beat.said.last_unacked

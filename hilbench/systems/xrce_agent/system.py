@@ -78,30 +78,40 @@ class XrceAgent(System):
 
         return DASHBOARD
 
+    def beside_boards(self, bench_file: BenchFile, *, seed: int) -> ServedTarget:
+        """See `System`; its clock begins at 0, unless the bench file says otherwise."""
+        if bench_file.settings_of(ClientSettings) is not None:
+            return _speaking(bench_file).beside_boards(bench_file, seed=seed)
+        return _agent_of(bench_file, None, lambda _bench: 0)
+
     def served(self, bench_file: BenchFile, *, scene: str | None, baud: int | None, seed: int) -> ServedTarget:
         """See `System`; its clock is the host's, unless the bench file says otherwise."""
-        from hilbench.bench.devices import LinesActor
-        from hilbench.bench.served_targets import ServedTarget
         from hilbench.clock import wall_time_ns
-        from hilbench.systems.xrce_agent.agent import agent_of, baud_of
 
         if bench_file.settings_of(ClientSettings) is not None:
             return _speaking(bench_file).served(bench_file, scene=scene, baud=baud, seed=seed)
-        del scene, seed
-        name, settings = next(
-            (name, target.settings)
-            for name, target in bench_file.targets.items()
-            if isinstance(target.settings, AgentSettings)
-        )
+        return _agent_of(bench_file, baud, lambda bench: wall_time_ns() - bench.now_ns)
 
-        def make(bench: Bench, ports: Mapping[str, Port]) -> Callable[[], None]:
-            ends = {end.rpartition(".")[2]: port for end, port in ports.items()}
-            agent = agent_of(settings, LINES, epoch_ns=wall_time_ns() - bench.now_ns)
-            LinesActor(bench, agent, ends, name=name)
-            return lambda: None
 
-        lines = {f"{name}.{line}": baud or baud_of(bench_file, f"{name}.{line}") for line in LINES}
-        return ServedTarget(lines, make, name, may_be_open=True, one_client=True)
+def _agent_of(bench_file: BenchFile, baud: int | None, epoch_ns: Callable[[Bench], int]) -> ServedTarget:
+    from hilbench.bench.devices import LinesActor
+    from hilbench.bench.served_targets import ServedTarget
+    from hilbench.systems.xrce_agent.agent import agent_of, baud_of
+
+    name, settings = next(
+        (name, target.settings)
+        for name, target in bench_file.targets.items()
+        if isinstance(target.settings, AgentSettings)
+    )
+
+    def make(bench: Bench, ports: Mapping[str, Port]) -> Callable[[], None]:
+        ends = {end.rpartition(".")[2]: port for end, port in ports.items()}
+        agent = agent_of(settings, LINES, epoch_ns=epoch_ns(bench))
+        LinesActor(bench, agent, ends, name=name)
+        return lambda: None
+
+    lines = {f"{name}.{line}": baud or baud_of(bench_file, f"{name}.{line}") for line in LINES}
+    return ServedTarget(lines, make, name, may_be_open=True, one_client=True)
 
 
 def _speaking(bench_file: BenchFile) -> System:

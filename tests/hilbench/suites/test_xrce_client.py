@@ -10,8 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from hilbench.bench import Bench
 from hilbench.check import CheckOptions, Verdict, list_cases, run_suites
 from hilbench.check.bench_provider import make_provider
+from hilbench.judging.uncertainty import OfTimes
+from hilbench.pace.lateness import IN_TIME, Lateness
 from hilbench.suites._xrce_client import Agent
 from hilbench.systems.xrce_agent import client as model
 from hilbench.terminal.options import TargetChoice
@@ -462,3 +465,40 @@ def test_each_clause_finds_a_client_that_is_wrong_about_it():
     verdicts = judge(OPTIONS, right, faults)
     assert verdicts.not_found == {}
     assert verdicts.found_by == {clause.id for clause in CLIENT_CLAUSES}
+
+
+# --- a host that was late
+
+
+def begins_later(init):
+    """Stand at a port where another case was before."""
+
+    def other(self, peer):
+        peer.run(1.0)
+        init(self, peer)
+
+    return other
+
+
+def late_in_the_first_second(_was):
+    return lambda _self, since_ns: Lateness(late_ns=200 * MS) if since_ns < S else IN_TIME
+
+
+def unsure_of_the_first_second(_was):
+    return lambda _self, since_ns: OfTimes(5.0 if since_ns < S else 0.0)
+
+
+LATE_BEFORE = [
+    altered(Agent, "__init__", begins_later),
+    altered(Bench, "lateness", late_in_the_first_second),
+    altered(Bench, "uncertainty_s", unsure_of_the_first_second),
+]
+
+
+def test_a_host_that_was_late_before_the_case_leaves_its_verdict_alone():
+    assert judged(LATE_BEFORE, "XC11") == {}
+    wrong = [
+        altered(streams.ReliableOutput, "_restart", never_done),
+        altered(streams.ReliableOutput, "heartbeat", names_all),
+    ]
+    assert verdicts_of(judged([*LATE_BEFORE, *wrong], "XC11")) == {"XC11": Verdict.FAIL}
