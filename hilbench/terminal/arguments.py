@@ -67,6 +67,13 @@ def output_file(text: str) -> Path:
     return Path(text)
 
 
+def folder(text: str) -> Path:
+    """Read the path of a folder that is there."""
+    if not Path(text).is_dir():
+        raise ValueError(f"'{text}' is no folder")
+    return Path(text)
+
+
 def named_file(text: str) -> tuple[str, Path]:
     """Read a name and a file to write: ``NAME=FILE``."""
     name, equals, file = text.partition("=")
