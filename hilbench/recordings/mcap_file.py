@@ -68,6 +68,9 @@ def write_mcap(
         file: where to; a pipe will do, for it is only written to.
         protocol: what is spoken on its lines; None for no frames.
         folders: with definitions of types of topics, see `hilbench.plugins.protocol.ProtocolPlugin.samples`.
+
+    Returns:
+        How much was written, each event of the journal as one message.
     """
     writer = _begun(recording, file)
     writer.add_metadata(_HEADER_NAME, {"header": json_bytes(dict(recording.header)).decode()})
@@ -76,12 +79,13 @@ def write_mcap(
     streams = [_messages(channels, events)]
     written = Messages(len(events))
     if protocol is not None:
-        frames = list(framed(events, protocol))
-        streams.append(_frames(channels, frames))
+        frames: Iterable[Framed] = framed(events, protocol)
         if protocol.samples is not None:
+            frames = list(frames)
             samples, unknown = protocol.samples(frames, folders)
             streams.append(_samples(channels, samples))
             written = Messages(len(events), len(samples), unknown)
+        streams.append(_frames(channels, frames))
     _finish(writer, _merged(streams))
     return written
 
