@@ -25,6 +25,8 @@ class ServedTarget:
         may_be_open: nothing is missing where some of its lines lead nowhere.
         one_client: a line makes sense with one client at a time: another one is turned away, unless the newest is to
             take over.
+        in_dds: makes a target of it whose topics are those of a DDS domain as well, given the number of that (or
+            `hilbench.terminal.options.ITS_DOMAINS`) and who is told what goes wrong; None where it has no topics.
     """
 
     lines: Mapping[str, int]
@@ -32,3 +34,4 @@ class ServedTarget:
     source: str = ""
     may_be_open: bool = False
     one_client: bool = False
+    in_dds: Callable[[int, Callable[[str], None]], ServedTarget] | None = None

@@ -15,6 +15,7 @@ _EXAMPLES = """
 hilbench export run.jsonl --mcap run.mcap                   for Foxglove
 hilbench export check.jsonl --pcapng check.pcapng           for Wireshark
 hilbench export run.jsonl --vcd pins.vcd --csv events.csv   for GTKWave or PulseView, and for a spreadsheet
+hilbench export board.jsonl --mcap board.mcap --types /opt/ros/jazzy/share     topics with types of your own
 hilbench export check.jsonl --case p2os-server/sync0_is_echoed --mcap one.mcap
 """
 
@@ -25,7 +26,7 @@ own, follow each other. docs/recordings.md says what each format contains.
 Exit code 0: written; 2: wrong usage, or nothing to write; 3: a file cannot be read or written.
 """
 
-_FORMATS = ("mcap", "pcapng", "vcd", "csv")
+_FORMATS = ("mcap", "ros2", "pcapng", "vcd", "csv")
 
 
 def parser() -> Parser:
@@ -34,7 +35,9 @@ def parser() -> Parser:
     add = made.add_argument
     add("journal", metavar="JOURNAL", type=Path, help="the recording")
     add("--mcap", metavar="FILE", type=typed(arguments.output_file),
-        help="everything, with decoded frames, poses and a log: Foxglove")  # fmt: skip
+        help="everything, with decoded frames, topics of ROS 2, poses and a log: Foxglove")  # fmt: skip
+    add("--ros2", metavar="FILE", type=typed(arguments.output_file),
+        help="the topics of ROS 2 alone, as MCAP for 'ros2 bag'")  # fmt: skip
     add("--pcapng", metavar="FILE", type=typed(arguments.output_file),
         help="the bytes of the lines, and what happened as comments: Wireshark")  # fmt: skip
     add("--vcd", metavar="FILE", type=typed(arguments.output_file), help="the pins as waveforms: GTKWave, PulseView")
@@ -42,6 +45,8 @@ def parser() -> Parser:
     add("--case", metavar="ID", default="", help="only this case of a journal of 'hilbench check'")
     add("--protocol", metavar="PROTOCOL",
         help="the protocol for the frames of --mcap (default: the one that fits most bytes)")  # fmt: skip
+    add("--types", metavar="FOLDER", type=typed(arguments.folder), action="append", default=[],
+        help="where definitions of ROS 2 stand, for --mcap and --ros2: PACKAGE/msg/NAME.msg in it")  # fmt: skip
     add("--json", action="store_true", help="print what was written as JSON")
     return made
 
@@ -59,7 +64,7 @@ def run(parsed: argparse.Namespace) -> int:
 
     outputs = {name: getattr(parsed, name) for name in _FORMATS if getattr(parsed, name) is not None}
     if not outputs:
-        raise UsageError("says no format", where="export", hint="one of --mcap, --pcapng, --vcd and --csv")
+        raise UsageError("says no format", where="export", hint="one of --mcap, --ros2, --pcapng, --vcd and --csv")
     refuse_overwriting(
         ((f"--{name}", path) for name, path in outputs.items()), [("the recording", parsed.journal), *plugin_files()]
     )
@@ -70,7 +75,7 @@ def run(parsed: argparse.Namespace) -> int:
         raise UsageError(f"--{taken} is written to the standard output", where="--json", hint="name a file")
     console, where = Console(), str(parsed.journal)
     recording = of_case(read_recording(parsed.journal), parsed.case, where)
-    written = export(recording, outputs, parsed.protocol, where)
+    written = export(recording, outputs, parsed.protocol, where, parsed.types)
     for remark in remarks_on(recording.header, recording.problem, "written"):
         console.narrate(f"{where}: {remark}")
     if parsed.json:

@@ -9,7 +9,7 @@ from hilbench.benchfile.part_options import add_parts, with_parts
 from hilbench.benchfile.stimulus_options import add_stimuli, with_stimuli
 from hilbench.cli.journal_options import add_journal, check_journal
 from hilbench.terminal import arguments, interruption
-from hilbench.terminal.options import Clients, ServeOptions
+from hilbench.terminal.options import ITS_DOMAINS, Clients, ServeOptions
 from hilbench.terminal.parser import Parser, typed
 
 _EXAMPLES = """
@@ -24,6 +24,7 @@ hilbench serve rover-model --rfc2217 4000                   a client opens rfc22
 hilbench serve rover-model --pty ./rover                    the PKT! rover, behavioural
 hilbench serve vehicle-model --pty usart2=./simulator --pty usart3=./stack
 hilbench serve xrce-agent --pty ./board --tcp 8888          micro-ROS: a client at a serial port, one at a socket
+hilbench serve xrce-agent --pty ./board --dds               its topics and services are those of ROS 2 as well
 hilbench serve my-bench.toml --tcp 0.0.0.0:8101 --journal served.jsonl
 """
 
@@ -61,6 +62,8 @@ def parser() -> Parser:
     )
     add("--hangup", choices=("close", "ignore"), default="close",
         help="when a client leaves: close the line for the target, or ignore it (default: close)")  # fmt: skip
+    add("--dds", metavar="DOMAIN", nargs="?", const=ITS_DOMAINS, type=typed(arguments.dds_domain),
+        help="join the target's topics to a DDS domain, as ROS 2 does (default: the one its clients name)")  # fmt: skip
     add_parts(made)
     add_stimuli(made)
     add_journal(made)
@@ -89,6 +92,7 @@ def run(parsed: argparse.Namespace) -> int:
         ignore_hangup=parsed.hangup == "ignore",
         journal=parsed.journal,
         journal_max=parsed.journal_max,
+        dds=parsed.dds,
     )
     bench_file = with_stimuli(parsed, with_parts(parsed, open_target(options.what, parsed.chip)))
     scene = None if options.scene is None else Path(options.scene)

@@ -1,8 +1,9 @@
 """What the doors for foreign programs share: a line of its own between the program and the bench.
 
 A program behind a pty or a socket writes whole chunks at once; a wire would not. So a door is two wires: what comes in
-is let through at the baud rate from the moment it was seen, and what goes out leaves at the baud rate. A client that
-leaves has hung up once its last byte is through.
+is let through at the baud rate from the moment it was seen, and what goes out leaves at the baud rate; at fast rates
+some bytes together, for an entry for each is more than a processor takes. A client that leaves has hung up once its
+last byte is through.
 
 An emulated USART times its own frames, in the time of its chip, which runs ahead of the bench. A door that leads to one
 hands over each byte when its start bit begins, in that time, and passes on what comes out as it comes.
@@ -17,6 +18,7 @@ from functools import partial
 from typing import ClassVar
 
 from hilbench.clock import NS_PER_MS, EventClass, Scheduler
+from hilbench.links.memory import REAL_TIME_GROUP_NS
 from hilbench.links.port import Line, ModemLines, PortBase, Refused, raise_it
 from hilbench.links.turns import Turns
 from hilbench.links.uart import Timeline, Transmitter, resample
@@ -97,6 +99,7 @@ class Door(PortBase, ABC):
             on_idle=self._drained if chip_time is None else self._drained_in_chip_time,
             at_start=chip_time is not None,
             on_break=self._break_in,
+            group_ns=REAL_TIME_GROUP_NS if chip_time is None else 0,
         )
         self._out_has_pace = chip_time is None
         self._outgoing = Transmitter(

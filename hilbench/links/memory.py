@@ -10,7 +10,7 @@ from hilbench.links.port import Line, PortBase, Refused, raise_it
 from hilbench.links.uart import Injector, Sampler, Transmitter
 
 REAL_TIME_GROUP_NS = 100_000
-"""For `MemoryLink` on a bench in real time (choice): bytes come one by one at 115200 baud and below, by nines at
+"""For a line on a bench in real time (choice): bytes come one by one at 115200 baud and below, by nines at
 921600, where an entry for each byte is more than a processor takes."""
 
 

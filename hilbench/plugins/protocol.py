@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, get_type_hints
 
 from protocols.common.checksum import Checksum
 from protocols.common.decoding import Decoder, NoOptions, Speaker
+from protocols.common.items import Item
 from protocols.common.layout import Region, laid_out
 
 if TYPE_CHECKING:
@@ -19,7 +20,17 @@ if TYPE_CHECKING:
     from hilbench.bench.line_peer import LinePeer
     from hilbench.links import Port
 
-__all__ = ["API", "ClauseEntry", "Device", "FirstTest", "ProtocolPlugin", "Quantity", "Recorded"]
+__all__ = [
+    "API",
+    "ClauseEntry",
+    "Device",
+    "FirstTest",
+    "Heard",
+    "ProtocolPlugin",
+    "Quantity",
+    "Recorded",
+    "TopicSample",
+]
 
 API = 1
 """Of this record; a plug-in says which one it was written for."""
@@ -122,6 +133,49 @@ class Quantity:
     wraps_at: int = 0
 
 
+class Heard(Protocol):
+    """A frame of a recording; see `hilbench.recordings.frames.Framed`."""
+
+    @property
+    def ns(self) -> int:
+        """When its last byte was there, in ns."""
+
+    @property
+    def source(self) -> str:
+        """Who sent or received it."""
+
+    @property
+    def line(self) -> str:
+        """At which of its lines; empty where it has but one."""
+
+    @property
+    def kind(self) -> str:
+        """``tx`` or ``rx``."""
+
+    @property
+    def item(self) -> Item:
+        """What it is."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TopicSample:
+    """A sample of a topic of ROS 2 in a recording.
+
+    Attributes:
+        ns: when it was said, in ns.
+        topic: the name, as ROS has it: ``/speed``.
+        type_name: such as ``std_msgs/msg/Float32``.
+        definition: of the type, with all that is in it, as the encoding ``ros2msg`` has it; empty if it is not known.
+        data: in CDR, behind its header.
+    """
+
+    ns: int
+    topic: str
+    type_name: str
+    definition: str
+    data: bytes
+
+
 def _no_quantities(live: Mapping[str, Any]) -> Mapping[str, Quantity]:
     del live
     return {}
@@ -169,6 +223,8 @@ class ProtocolPlugin:
         replay_bench: the bench that ``hilbench replay --into PORT`` uses, by name or as the path of its file; empty if
             none can be used.
         first_test: the first test for a new user; None for none.
+        samples: returns the samples of topics in the frames of a recording, in order, and the names of types that are
+            not known; it gets the folders with definitions of types. None where nothing of the kind is said.
     """
 
     api: int
@@ -194,6 +250,7 @@ class ProtocolPlugin:
     recorded: Recorded | None = None
     replay_bench: str = ""
     first_test: FirstTest | None = None
+    samples: Callable[[Sequence[Heard], Sequence[Path]], tuple[list[TopicSample], list[str]]] | None = None
 
     def options_in(self, about: Mapping[str, object]) -> Any:
         """Return the options that the header of a journal has; values of enumerations stand there by name."""

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import IO
+from typing import IO, TypeVar
 
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.journal import Recording
-from hilbench.plugins.protocol import ProtocolPlugin
+from hilbench.plugins.protocol import ProtocolPlugin, TopicSample
 from hilbench.recordings.csv_file import write_csv
-from hilbench.recordings.frames import spoken
+from hilbench.recordings.frames import framed, spoken
 from hilbench.recordings.layout import laid_out
-from hilbench.recordings.mcap_file import write_mcap
+from hilbench.recordings.mcap_file import write_mcap, write_ros2
 from hilbench.recordings.pcapng import LEFT_OUT, write_pcapng
 from hilbench.recordings.vcd_file import summarised, write_vcd
 
 __all__ = ["Exported", "export"]
+
+WrittenT = TypeVar("WrittenT")
+"""What a writer says of what it has written."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,32 +41,64 @@ class Exported:
 
 
 def export(
-    recording: Recording, outputs: Mapping[str, Path], protocol: ProtocolPlugin | None, where: str
+    recording: Recording,
+    outputs: Mapping[str, Path],
+    protocol: ProtocolPlugin | None,
+    where: str,
+    types: Sequence[Path] = (),
 ) -> list[Exported]:
     """Write a recording.
 
     Args:
         recording: what is written.
-        outputs: the files, by the name of the format: ``mcap``, ``pcapng``, ``vcd``, ``csv``.
+        outputs: the files, by the name of the format: ``mcap``, ``ros2``, ``pcapng``, ``vcd``, ``csv``.
         protocol: what is spoken on its lines; None for what makes frames of most of its bytes.
         where: the name of the recording, for messages.
+        types: folders with definitions of types of topics, ``PACKAGE/msg/NAME.msg``.
 
     Raises:
-        UsageError: there are no pins to be written as waveforms.
+        UsageError: there are no pins to be written as waveforms, or no topics, or a definition cannot be read.
         UnavailableError: a file cannot be written.
     """
     if "vcd" in outputs and not any(event["kind"] == "pin" for event in recording.events):
         raise UsageError("has no edges of pins", where=where, hint="'hilbench run BENCH --vcd FILE' writes every edge")
-    return [_WRITERS[name](recording, path, protocol) for name, path in outputs.items()]
+    writers: dict[str, _Writer] = {
+        **_WRITERS,
+        "mcap": partial(_mcap, types=types),
+        "ros2": partial(_ros2, types=types, where=where),
+    }
+    return [writers[name](recording, path, protocol) for name, path in outputs.items()]
 
 
-def _mcap(recording: Recording, path: Path, protocol: ProtocolPlugin | None) -> Exported:
+def _mcap(recording: Recording, path: Path, protocol: ProtocolPlugin | None, types: Sequence[Path]) -> Exported:
     protocol = protocol or spoken(laid_out(recording.events))
-    count = _written(path, lambda file: write_mcap(recording, file, protocol))
+    written = _written(path, lambda file: write_mcap(recording, file, protocol, types))
     remark = (
         f"with the frames of {protocol.name}" if protocol else "no protocol is known that makes frames of its bytes"
     )
-    return Exported(path=path, events=count, remark=remark)
+    if written.samples:
+        remark += f" and {written.samples} samples of topics{_unknown(written.unknown)}"
+    return Exported(path=path, events=written.events, remark=remark)
+
+
+def _ros2(
+    recording: Recording, path: Path, protocol: ProtocolPlugin | None, types: Sequence[Path], where: str
+) -> Exported:
+    events = list(laid_out(recording.events))
+    protocol = protocol or spoken(events, lambda one: one.samples is not None)
+    samples: list[TopicSample] = []
+    unknown: list[str] = []
+    if protocol is not None and protocol.samples is not None:
+        samples, unknown = protocol.samples(list(framed(events, protocol)), types)
+    if not samples:
+        hint = f"--mcap has the frames of {protocol.name}" if protocol else "--mcap has its events"
+        raise UsageError("has no topics of ROS 2", where=where, hint=hint)
+    _written(path, lambda file: write_ros2(recording, file, samples))
+    return Exported(path=path, events=len(samples), remark=f"samples of topics{_unknown(unknown)}")
+
+
+def _unknown(types: Sequence[str]) -> str:
+    return f"; not known without --types: {', '.join(types)}" if types else ""
 
 
 def _pcapng(recording: Recording, path: Path, _protocol: ProtocolPlugin | None) -> Exported:
@@ -81,15 +117,16 @@ def _vcd(recording: Recording, path: Path, _protocol: ProtocolPlugin | None) -> 
     return Exported(path=path, events=write_vcd(recording, path), remark=remark)
 
 
-_WRITERS: Mapping[str, Callable[[Recording, Path, ProtocolPlugin | None], Exported]] = {
-    "mcap": _mcap,
+_Writer = Callable[[Recording, Path, ProtocolPlugin | None], Exported]
+
+_WRITERS: Mapping[str, _Writer] = {
     "pcapng": _pcapng,
     "vcd": _vcd,
     "csv": _csv,
 }
 
 
-def _written(path: Path, write: Callable[[IO[bytes]], int]) -> int:
+def _written(path: Path, write: Callable[[IO[bytes]], WrittenT]) -> WrittenT:
     file = None
     try:
         file = path.open("wb")

@@ -1,7 +1,8 @@
 """A recording as MCAP (mcap.dev/spec), which Foxglove opens: a channel for each source and kind of event.
 
 Each event of the journal is one JSON message, as it stands there. Besides there are the frames in the bytes, where a
-protocol is known, and poses and a log in the form that Foxglove's panels take. Chunks are not compressed: of a file
+protocol is known, the samples of topics of ROS 2 in them as `ros2 bag` has them (mcap.dev/spec/registry: cdr, ros2msg),
+and poses and a log in the form that Foxglove's panels take. Chunks are not compressed: of a file
 that was cut, everything up to there can be read, even in the last chunk.
 """
 
@@ -9,15 +10,17 @@ from __future__ import annotations
 
 import io
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, cast
 
 import msgspec
 from mcap.exceptions import McapError
 
 from hilbench.journal import Recording
-from hilbench.plugins.protocol import ProtocolPlugin
-from hilbench.recordings.frames import framed
+from hilbench.plugins.protocol import ProtocolPlugin, TopicSample
+from hilbench.recordings.frames import Framed, framed
 from hilbench.recordings.layout import Event, json_bytes, laid_out
 from hilbench.recordings.lines import plain
 from hilbench.recordings.mcap_schemas import (
@@ -36,7 +39,7 @@ if TYPE_CHECKING:
     from mcap.writer import Writer
     from typing_extensions import Buffer
 
-__all__ = ["MAGIC", "read_mcap", "write_mcap"]
+__all__ = ["MAGIC", "Messages", "read_mcap", "write_mcap", "write_ros2"]
 
 MAGIC = b"\x89MCAP0\r\n"
 
@@ -46,32 +49,66 @@ _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _METADATA, _FOOTER = 3, 4, 5, 6, 12, 2
 _RECORD_HEAD = 9
 
 
-def write_mcap(recording: Recording, file: IO[bytes], protocol: ProtocolPlugin | None = None) -> int:
+@dataclass(frozen=True, slots=True)
+class Messages:
+    """What was written: events of the journal, samples of topics, and names of types whose definition is not known."""
+
+    events: int
+    samples: int = 0
+    unknown: Sequence[str] = ()
+
+
+def write_mcap(
+    recording: Recording, file: IO[bytes], protocol: ProtocolPlugin | None = None, folders: Sequence[Path] = ()
+) -> Messages:
     """Write a recording.
 
     Args:
         recording: what is written.
         file: where to; a pipe will do, for it is only written to.
         protocol: what is spoken on its lines; None for no frames.
+        folders: with definitions of types of topics, see `hilbench.plugins.protocol.ProtocolPlugin.samples`.
 
     Returns:
-        How many events of the journal were written, each as one message.
+        How much was written, each event of the journal as one message.
     """
-    from mcap.writer import CompressionType, Writer
-
-    counted = cast("IO[bytes]", _Counted(file))
-    writer = Writer(counted, chunk_size=_CHUNK_BYTES, compression=CompressionType.NONE)
-    writer.start(profile="", library=f"hilbench {recording.header.get('hilbench', '')}")
+    writer = _begun(recording, file)
     writer.add_metadata(_HEADER_NAME, {"header": json_bytes(dict(recording.header)).decode()})
     channels = _Channels(writer)
     events = list(laid_out(recording.events))
     streams = [_messages(channels, events)]
+    written = Messages(len(events))
     if protocol is not None:
-        streams.append(_frames(channels, events, protocol))
-    for sequence, (ns, channel, data) in enumerate(_merged(streams)):
+        frames: Iterable[Framed] = framed(events, protocol)
+        if protocol.samples is not None:
+            frames = list(frames)
+            samples, unknown = protocol.samples(frames, folders)
+            streams.append(_samples(channels, samples))
+            written = Messages(len(events), len(samples), unknown)
+        streams.append(_frames(channels, frames))
+    _finish(writer, _merged(streams))
+    return written
+
+
+def write_ros2(recording: Recording, file: IO[bytes], samples: Sequence[TopicSample]) -> None:
+    """Write the topics of a recording alone, by the profile ``ros2`` (mcap.dev/spec/registry), as ``ros2 bag`` does."""
+    writer = _begun(recording, file, profile="ros2")
+    _finish(writer, _samples(_Channels(writer), samples))
+
+
+def _begun(recording: Recording, file: IO[bytes], *, profile: str = "") -> Writer:
+    from mcap.writer import CompressionType, Writer
+
+    counted = cast("IO[bytes]", _Counted(file))
+    writer = Writer(counted, chunk_size=_CHUNK_BYTES, compression=CompressionType.NONE)
+    writer.start(profile=profile, library=f"hilbench {recording.header.get('hilbench', '')}")
+    return writer
+
+
+def _finish(writer: Writer, messages: Iterator[Message]) -> None:
+    for sequence, (ns, channel, data) in enumerate(messages):
         writer.add_message(channel, log_time=ns, data=data, publish_time=ns, sequence=sequence)
     writer.finish()  # type: ignore[no-untyped-call]
-    return len(events)
 
 
 class _Counted(io.BufferedIOBase):
@@ -105,10 +142,10 @@ def _merged(streams: list[Iterator[Message]]) -> Iterator[Message]:
 
 def _messages(channels: _Channels, events: list[tuple[int, Event]]) -> Iterator[Message]:
     for ns, event in events:
-        kind, source = str(event["kind"]), str(event.get("source", ""))
+        kind = str(event["kind"])
         yield (
             ns,
-            channels.of(f"/{_path(source)}/{kind}", EVENT_SCHEMA + kind, event_schema(kind)),
+            channels.of(f"/{_path(event)}/{kind}", EVENT_SCHEMA + kind, event_schema(kind)),
             json_bytes(dict(event)),
         )
         for topic, schema, made in (("/log", LOG, log_of(ns, event)), ("/pose", POSE, pose_of(ns, event))):
@@ -116,20 +153,27 @@ def _messages(channels: _Channels, events: list[tuple[int, Event]]) -> Iterator[
                 yield ns, channels.of(topic, schema, FOXGLOVE_SCHEMAS[schema]), json_bytes(made)
 
 
-def _frames(channels: _Channels, events: list[tuple[int, Event]], protocol: ProtocolPlugin) -> Iterator[Message]:
-    for one in framed(events, protocol):
+def _frames(channels: _Channels, frames: Iterable[Framed]) -> Iterator[Message]:
+    for one in frames:
         said = {
             "name": one.item.name,
             "kind": one.item.kind.value,
             "fields": {name: plain(value) for name, value in one.item.fields.items()},
             "raw": one.item.raw.hex(),
         }
-        channel = channels.of(f"/{_path(one.source)}/{one.kind}/frames", FRAME_SCHEMA, frame_schema())
-        yield one.ns, channel, json_bytes(said)
+        path = _path({"source": one.source, "line": one.line})
+        yield one.ns, channels.of(f"/{path}/{one.kind}/frames", FRAME_SCHEMA, frame_schema()), json_bytes(said)
 
 
-def _path(source: str) -> str:
-    return source.replace(".", "/")
+def _samples(channels: _Channels, samples: Iterable[TopicSample]) -> Iterator[Message]:
+    for one in samples:
+        yield one.ns, channels.of_topic(one.topic, one.type_name, one.definition), one.data
+
+
+def _path(event: Event) -> str:
+    """Return whose channels those of an event are: of a source, or of one of its lines."""
+    source, line = str(event.get("source", "")), event.get("line")
+    return "/".join((*source.split("."), *([line] if isinstance(line, str) and line else [])))
 
 
 class _Channels:
@@ -141,11 +185,21 @@ class _Channels:
         self._channels: dict[tuple[str, str], int] = {}
 
     def of(self, topic: str, schema: str, shape: Mapping[str, Any]) -> int:
-        """Return the channel of a topic."""
+        """Return the channel of a topic with messages in JSON."""
+        return self._of(topic, schema, "json", "jsonschema", json_bytes(dict(shape)), {})
+
+    def of_topic(self, topic: str, type_name: str, definition: str) -> int:
+        """Return the channel of a topic of ROS 2; without a definition it has none that a reader could use."""
+        quality = {"offered_qos_profiles": ""}  # not known; readers of the profile look for it
+        return self._of(topic, type_name, "cdr", "ros2msg" if definition else "", definition.encode(), quality)
+
+    def _of(
+        self, topic: str, schema: str, encoding: str, schema_encoding: str, described: bytes, about: dict[str, str]
+    ) -> int:
         if schema not in self._schemas:
-            self._schemas[schema] = self._writer.register_schema(schema, "jsonschema", json_bytes(dict(shape)))
+            self._schemas[schema] = self._writer.register_schema(schema, schema_encoding, described)
         if (topic, schema) not in self._channels:
-            self._channels[topic, schema] = self._writer.register_channel(topic, "json", self._schemas[schema])
+            self._channels[topic, schema] = self._writer.register_channel(topic, encoding, self._schemas[schema], about)
         return self._channels[topic, schema]
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from hilbench.clock import MonotonicHostClock, Scheduler, deferred_interrupts
 from hilbench.clock.text import seconds_text
-from hilbench.errors import UnavailableError
+from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import Line, PtyDoor, Rfc2217Door, TcpDoor
 from hilbench.links.uart import Timeline
 from hilbench.pace.far_pace import place_of, tcp_place
@@ -25,6 +25,7 @@ __all__ = [
     "Notice",
     "Say",
     "door_option",
+    "no_topics",
     "open_door",
     "place",
     "run_until_stopped",
@@ -171,6 +172,11 @@ def open_door(
             door = TcpDoor(scheduler, address, line, clients=clients, name=f"tcp:{wish.port}", chip_time=chip_time)
     door.hangs_up = hangs_up
     return door
+
+
+def no_topics() -> UsageError:
+    """Return what is wrong with ``--dds`` where a target has no topics."""
+    return UsageError("the target has no topics", where="--dds")
 
 
 def place(door: AnyDoor) -> str:

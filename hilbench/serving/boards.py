@@ -15,7 +15,7 @@ from hilbench.files import Named, refuse_writing_into
 from hilbench.links import PtyDoor
 from hilbench.mcu.emulated import EmulatedBench, MachineFactory, make_machine
 from hilbench.mcu.group import LOCKED_STEP_NS
-from hilbench.serving import AnyDoor, Notice, Say, place, run_until_stopped, signals_held, traffic
+from hilbench.serving import AnyDoor, Notice, Say, no_topics, place, run_until_stopped, signals_held, traffic
 from hilbench.serving.usart_doors import assign, connect, open_doors
 from hilbench.terminal.options import DoorWish, ServeOptions
 from hilbench.terminal.options import PtyDoor as PtyWish
@@ -41,6 +41,8 @@ def serve_boards(
         UsageError: a door for a USART that is not there; an image that cannot run on its board.
         UnavailableError: an image, the engine or the physics is missing; a door cannot be opened.
     """
+    if options.dds is not None:
+        raise no_topics()
     if options.scene is not None and not bench_file.has_world:
         raise UsageError("no target of this bench has a world", where=f"--scene {options.scene}")
     assigned = assign(options, free_usarts(bench_file), usual_usarts(bench_file))

@@ -10,6 +10,7 @@ from functools import partial
 
 from hilbench.bench import Bench
 from hilbench.bench.line_faults import describe_faults
+from hilbench.bench.served_targets import ServedTarget
 from hilbench.benchfile.reader import BenchFile
 from hilbench.clock import Scheduler
 from hilbench.errors import UsageError
@@ -22,6 +23,7 @@ from hilbench.serving import (
     Notice,
     Say,
     door_option,
+    no_topics,
     open_door,
     place,
     run_until_stopped,
@@ -51,7 +53,7 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
     """
     if not options.doors:
         raise UsageError("no endpoint", where="hilbench serve", hint="add --pty PATH, --tcp PORT or --rfc2217 PORT")
-    target = served_target(bench_file, scene=options.scene, baud=options.baud, seed=options.seed)
+    target = _target(options, bench_file, say)
     if target.one_client and options.clients is Clients.ALL:
         options = replace(options, clients=Clients.FIRST)
     wishes = _assigned(options, bench_file, tuple(target.lines), apart=target.one_client)
@@ -92,6 +94,15 @@ def serve(options: ServeOptions, bench_file: BenchFile, say: Say) -> ExitCode:
         for door in opened:
             say(traffic(door))
     return ExitCode.OK
+
+
+def _target(options: ServeOptions, bench_file: BenchFile, say: Say) -> ServedTarget:
+    target = served_target(bench_file, scene=options.scene, baud=options.baud, seed=options.seed)
+    if options.dds is None:
+        return target
+    if target.in_dds is None:
+        raise no_topics()
+    return target.in_dds(options.dds, say)
 
 
 def _assigned(

@@ -21,6 +21,7 @@ _UNITS_BYTES = {"kB": 10**3, "MB": 10**6, "GB": 10**9}
 _SMALLEST_JOURNAL = 100_000
 _UNITS_NS = {"us": 10**3, "ms": 10**6, "s": 10**9, "min": 60 * 10**9, "h": 3600 * 10**9}
 _HIGHEST_PORT = 65_535
+_HIGHEST_DOMAIN = 232
 _HIGHEST_SEED = 2**63 - 1
 _SLOWEST_BAUD, _FASTEST_BAUD = 300, 4_000_000
 _LONGEST_WAIT = 1000
@@ -66,6 +67,13 @@ def output_file(text: str) -> Path:
     return Path(text)
 
 
+def folder(text: str) -> Path:
+    """Read the path of a folder that is there."""
+    if not Path(text).is_dir():
+        raise ValueError(f"'{text}' is no folder")
+    return Path(text)
+
+
 def named_file(text: str) -> tuple[str, Path]:
     """Read a name and a file to write: ``NAME=FILE``."""
     name, equals, file = text.partition("=")
@@ -85,6 +93,11 @@ def command(text: str) -> tuple[str, ...]:
 def seed(text: str) -> int:
     """Read a seed: a whole number, 0 to 2**63 - 1."""
     return _whole_number(text, 0, _HIGHEST_SEED)
+
+
+def dds_domain(text: str) -> int:
+    """Read the number of a DDS domain: 0 to 232, of which there are ports (OMG DDSI-RTPS 2.5, 9.6.2)."""
+    return _whole_number(text, 0, _HIGHEST_DOMAIN)
 
 
 def jobs(text: str) -> int:

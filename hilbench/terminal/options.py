@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 DEFAULT_BENCH = "pioneer"
 """The bench that is meant where none is named and no file is there."""
 
+ITS_DOMAINS = -1
+"""As the number of a DDS domain: that which a target itself names for each of its topics."""
+
 DEFAULT_DEMO = "rover"
 """The system whose demo is played where none is named."""
 
@@ -178,6 +181,7 @@ class ServeOptions:
         ignore_hangup: whether the target is not told that a client has left, as on a serial line.
         journal: where to write the journal.
         journal_max: how large it and the part before it may get together, in bytes; None for no limit.
+        dds: the DDS domain that the target's topics are joined to, or `ITS_DOMAINS`; None for none.
     """
 
     what: str
@@ -192,6 +196,7 @@ class ServeOptions:
     ignore_hangup: bool = False
     journal: Path | None = None
     journal_max: int | None = None
+    dds: int | None = None
 
     @property
     def doors(self) -> tuple[DoorWish, ...]:

@@ -168,6 +168,7 @@ from protocols.xrce.session import (
 )
 from protocols.xrce.space import (
     DataSpace,
+    Outside,
     Reader,
     SampleIdentity,
     Samples,
@@ -328,6 +329,7 @@ __all__ = [
     "ObjectCreated",
     "ObjectDeleted",
     "ObjectKind",
+    "Outside",
     "PackedSamples",
     "Participant",
     "ParticipantBinary",

@@ -210,6 +210,11 @@ class AgentService:
         del self._listeners[id(reader)]
         self.space.remove(reader)
 
+    def hand(self, reader: Reader, sample: StoredSample, now_ns: int) -> Written:
+        """Gives one reader a sample that comes from outside; see `DataSpace.outside`."""
+        self._routed("", reader.domain_id, reader.topic.name, sample, int(reader.offer(sample)))
+        return self._settle(now_ns)
+
     # --- what clients say
 
     def _take(self, line: _Line, events: Iterable[Event], now_ns: int) -> None:
@@ -280,18 +285,14 @@ class AgentService:
 
     def _route(self, line: str, writer: Writer, sample: StoredSample, now_ns: int) -> None:
         """Hands a sample on, as far as it is wanted at once: it must not be pushed out by the next one of a message."""
-        self.counters.routed += 1
         reached = len(self.space.write(writer, sample))
-        self._events.append(
-            SampleRouted(
-                line=line,
-                domain_id=writer.domain_id,
-                topic=writer.topic.name,
-                size=len(sample.data),
-                readers=reached,
-            )
-        )
+        self._routed(line, writer.domain_id, writer.topic.name, sample, reached)
         self._deliver_all(now_ns)
+
+    def _routed(self, line: str, domain_id: int, topic: str, sample: StoredSample, reached: int) -> None:
+        self.counters.routed += 1
+        size = len(sample.data)
+        self._events.append(SampleRouted(line=line, domain_id=domain_id, topic=topic, size=size, readers=reached))
 
     def _read(self, line: _Line, said: ReadData, entity: Entity | None, now_ns: int) -> None:
         """READ_DATA; it is answered by data, and takes the place of the one before."""

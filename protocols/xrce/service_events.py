@@ -65,10 +65,10 @@ class RequestFailed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SampleRouted:
-    """A sample of a client, or of a program beside the agent.
+    """A sample of a client, of a program beside the agent, or from outside.
 
     Attributes:
-        line: of the client; empty for a program.
+        line: of the client; empty for the others.
         domain_id: of its participant.
         topic: its name.
         size: of the data, in bytes.

@@ -101,7 +101,8 @@ class Session(FlaggedConnection[State, Trigger, Action, Timer, Event, Counters])
     def receive_each(self, data: bytes, now_ns: int) -> Iterator[list[Event]]:
         """As `receive`, the events of each frame by themselves: before the next one is handled, it can be answered."""
         self._run_due(now_ns)
-        yield self._machine.fetch()
+        if due := self._machine.fetch():
+            yield due
         self._machine.counters.bytes_in += len(data)
         for item in self._reader.receive(data):
             self._take([item])

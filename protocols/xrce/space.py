@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 from protocols.xrce.descriptions import Qos, TopicDescription
 
-__all__ = ["DataSpace", "Reader", "SampleIdentity", "Samples", "StoredSample", "Writer"]
+__all__ = ["DataSpace", "Outside", "Reader", "SampleIdentity", "Samples", "StoredSample", "Writer"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +119,7 @@ class Reader:
     Attributes:
         waiting: samples that nobody has fetched yet.
         received: samples so far.
+        guid: as above.
     """
 
     def __init__(
@@ -135,21 +137,39 @@ class Reader:
         self.qos = qos
         self.received = 0
         self.waiting = Samples(min(qos.depth or most, most), max_bytes)
-        self._guid = guid
+        self.guid = guid
 
     def offer(self, sample: StoredSample) -> bool:
         """Takes a sample; whether it is for this reader."""
-        if self._guid is not None and (sample.answers is None or sample.answers.guid != self._guid):
+        if self.guid is not None and (sample.answers is None or sample.answers.guid != self.guid):
             return False
         self.received += 1
         self.waiting.put(sample)
         return True
 
 
+class Outside(Protocol):
+    """Who is told of all endpoints and of what is written, to hand it on; what comes back is `AgentService.hand`'s."""
+
+    def opened(self, one: Writer | Reader) -> None:
+        """An endpoint is there."""
+
+    def closed(self, one: Writer | Reader) -> None:
+        """An endpoint is gone."""
+
+    def written(self, writer: Writer, sample: StoredSample) -> None:
+        """A sample was written."""
+
+
 class DataSpace:
-    """See the module."""
+    """See the module.
+
+    Attributes:
+        outside: whom to tell, from now on; None for nobody.
+    """
 
     def __init__(self) -> None:
+        self.outside: Outside | None = None
         self._writers: dict[tuple[int, str], list[Writer]] = {}
         self._readers: dict[tuple[int, str], list[Reader]] = {}
 
@@ -162,11 +182,15 @@ class DataSpace:
     def add_writer(self, writer: Writer) -> list[Reader]:
         """Adds a writer; returns the readers of its topic that cannot be served by it."""
         self._writers.setdefault(_key(writer), []).append(writer)
+        if self.outside is not None:
+            self.outside.opened(writer)
         return [reader for reader in self._readers.get(_key(writer), ()) if not _match(writer, reader)]
 
     def add_reader(self, reader: Reader) -> list[Writer]:
         """Adds a reader; returns the writers of its topic that cannot serve it. It gets what these keep for it."""
         self._readers.setdefault(_key(reader), []).append(reader)
+        if self.outside is not None:
+            self.outside.opened(reader)
         writers = self._writers.get(_key(reader), [])
         for writer in writers:
             if reader.qos.durability and _match(writer, reader):
@@ -182,12 +206,16 @@ class DataSpace:
         group.remove(one)  # type: ignore[arg-type]
         if not group:
             del there[_key(one)]
+        if self.outside is not None:
+            self.outside.closed(one)
 
     def write(self, writer: Writer, sample: StoredSample) -> list[Reader]:
         """Hands a sample of a writer on; returns the readers that it has reached."""
         writer.written += 1
         if writer.qos.durability:
             writer.kept.put(sample)
+        if self.outside is not None:
+            self.outside.written(writer, sample)
         return [reader for reader in self.matched(writer) if reader.offer(sample)]
 
     def matched(self, writer: Writer) -> Iterator[Reader]:

@@ -42,7 +42,7 @@ class Line:
     Attributes:
         ns: bench time of the case.
         way: ``tx``, ``rx`` or empty for an event, as its source sees it.
-        source: who says it, or to whom it happens.
+        source: who says it, at which of its lines, or to whom it happens.
         name: of the message, or kind of the event.
         text: its fields.
         raw: its bytes, in hexadecimal.
@@ -121,18 +121,18 @@ def _lines(recording: Recording, protocol: ProtocolPlugin | None) -> Iterator[Li
     events = [(event["ns"], event) for event in recording.events if type(event.get("ns")) is int]
     if protocol is not None:
         found = list(framed(events, protocol))
-        speak = {one.source for one in found if one.item.kind is Kind.FRAME}
+        speak = {(one.source, one.line) for one in found if one.item.kind is Kind.FRAME}
         for one in found:
-            item = one.item
+            item, speaks = one.item, (one.source, one.line) in speak
             fields = ", ".join(f"{name} {value}" for name, value in item.fields.items())
             yield Line(
                 ns=one.ns,
                 way=one.kind,
-                source=_cut(one.source),
-                name=_cut(item.name) if one.source in speak else "bytes",
+                source=_cut(f"{one.source}{one.line and '.'}{one.line}"),
+                name=_cut(item.name) if speaks else "bytes",
                 text=_cut(fields),
                 raw=_hex(item.raw),
-                bad=item.kind is not Kind.FRAME and one.source in speak,
+                bad=item.kind is not Kind.FRAME and speaks,
             )
     for ns, event in events:
         if event["kind"] not in _NO_LINES:

@@ -7,38 +7,17 @@ from typing import Any
 
 from protocols.autoware import MESSAGES, ControlModeRequest, ControlModeResponse, FieldSpec, Message, Time, WireType
 from protocols.xrce import TopicDescription
-from protocols.xrce.cdr import MessageTypes, parse_message, parse_service
+from protocols.xrce.cdr import INTERFACES, MessageTypes, definition_of, parse_service
 
 __all__ = ["decode_sample", "encode_sample", "topic_of"]
 
-_STAMPED = "builtin_interfaces/Time stamp\n"
-_CONTROL, _VEHICLE = "autoware_auto_control_msgs/msg/", "autoware_auto_vehicle_msgs/msg/"
-_DEFINITIONS = {
-    "builtin_interfaces/msg/Time": "int32 sec\nuint32 nanosec",
-    "std_msgs/msg/Header": _STAMPED + "string frame_id",
-    "rosgraph_msgs/msg/Clock": "builtin_interfaces/Time clock",
-    _CONTROL + "AckermannLateralCommand": _STAMPED + "float32 steering_tire_angle\nfloat32 steering_tire_rotation_rate",
-    _CONTROL + "LongitudinalCommand": _STAMPED + "float32 speed\nfloat32 acceleration\nfloat32 jerk",
-    _CONTROL + "AckermannControlCommand": _STAMPED
-    + "AckermannLateralCommand lateral\nLongitudinalCommand longitudinal",
-    _VEHICLE + "ControlModeReport": _STAMPED + "uint8 mode",
-    _VEHICLE + "TurnIndicatorsCommand": _STAMPED + "uint8 command",
-    _VEHICLE + "TurnIndicatorsReport": _STAMPED + "uint8 report",
-    _VEHICLE + "HazardLightsCommand": _STAMPED + "uint8 command",
-    _VEHICLE + "HazardLightsReport": _STAMPED + "uint8 report",
-    _VEHICLE + "SteeringReport": _STAMPED + "float32 steering_tire_angle",
-    _VEHICLE + "VelocityReport": "std_msgs/Header header\n"
-    "float32 longitudinal_velocity\nfloat32 lateral_velocity\nfloat32 heading_rate",
-}
-"""As in autoware_auto_msgs, std_msgs, builtin_interfaces and rosgraph_msgs, without constants."""
 _SERVICE = parse_service(
-    "autoware_auto_vehicle_msgs/srv/ControlModeCommand", _STAMPED + "uint8 mode\n---\nbool success"
+    "autoware_auto_vehicle_msgs/srv/ControlModeCommand",
+    "builtin_interfaces/Time stamp\nuint8 mode\n---\nbool success",
 )
 
 _TYPES = MessageTypes()
-for _name, _text in _DEFINITIONS.items():
-    _TYPES.add(parse_message(_name, _text))
-for _definition in (_SERVICE.request, _SERVICE.response):
+for _definition in (*map(definition_of, INTERFACES), _SERVICE.request, _SERVICE.response):
     _TYPES.add(_definition)
 
 _HALVES = {

@@ -23,11 +23,12 @@ class ModelClient:
 
     Args:
         settings: how long it waits for what.
+        key: of the client, 4 bytes.
     """
 
-    def __init__(self, settings: ClientSettings) -> None:
+    def __init__(self, settings: ClientSettings, *, key: bytes = _KEY) -> None:
         self._settings = settings
-        options = xrce.ClientOptions(client_key=_KEY, attempts=1, retry_s=settings.retry_s)
+        options = xrce.ClientOptions(client_key=key, attempts=1, retry_s=settings.retry_s)
         self._session = xrce.Session(xrce.Role.CLIENT, options)
         self._events: list[object] = []
         self._next_ns = self._heard_ns = self._asked_ns = 0
@@ -71,6 +72,10 @@ class ModelClient:
         """Return what happened since the last call."""
         events, self._events = self._events, []
         return events
+
+    def leave(self, now_ns: int) -> bytes:
+        """Say farewell; it asks for a session anew when that is answered."""
+        return self._take(self._session.disconnect(now_ns), now_ns)
 
     def _watch(self, now_ns: int) -> bytes:
         """Ask a silent agent whether it has the session still; give up one that is silent for too long."""

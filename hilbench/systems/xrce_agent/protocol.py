@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hilbench.plugins.protocol import API, Device, ProtocolPlugin
+from hilbench.plugins.protocol import API, Device, Heard, ProtocolPlugin, TopicSample
 from hilbench.systems.xrce_agent.settings import AgentSettings, ClientSettings
 from protocols.common.clause import Clause
 from protocols.common.decoding import NoOptions
@@ -45,6 +46,12 @@ def _client(settings: ClientSettings) -> SerialDevice:
     return ModelClient(settings)
 
 
+def _samples(frames: Sequence[Heard], folders: Sequence[Path]) -> tuple[list[TopicSample], list[str]]:
+    from hilbench.systems.xrce_agent.samples import samples_in
+
+    return samples_in(frames, folders)
+
+
 _ANSWERS = {
     "CreateClient": ("StatusAgent",),
     "Create": ("StatusReply",),
@@ -69,6 +76,7 @@ XRCE = ProtocolPlugin(
     host=Device(make=_board, resting=frozenset({"HEARTBEAT"})),
     longest_frame=2 * 1024,
     baud=BAUD,
+    samples=_samples,
 )
 
 CLIENT_SIDE = replace(

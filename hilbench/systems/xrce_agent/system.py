@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
     from hilbench.judging.provider import BenchProvider
     from hilbench.links import Port
     from hilbench.plugins.dashboard import Dashboard
+    from hilbench.systems.xrce_agent.dds import DdsDomain
     from hilbench.terminal.options import TargetChoice
 
 __all__ = ["LINES", "XRCE_AGENT"]
@@ -103,15 +106,25 @@ def _agent_of(bench_file: BenchFile, baud: int | None, epoch_ns: Callable[[Bench
         for name, target in bench_file.targets.items()
         if isinstance(target.settings, AgentSettings)
     )
+    lines = {f"{name}.{line}": baud or baud_of(bench_file, f"{name}.{line}") for line in LINES}
 
-    def make(bench: Bench, ports: Mapping[str, Port]) -> Callable[[], None]:
+    def make(bench: Bench, ports: Mapping[str, Port], domain: DdsDomain | None = None) -> Callable[[], None]:
         ends = {end.rpartition(".")[2]: port for end, port in ports.items()}
         agent = agent_of(settings, LINES, epoch_ns=epoch_ns(bench))
-        LinesActor(bench, agent, ends, name=name)
-        return lambda: None
+        actor = LinesActor(bench, agent, ends, name=name)
+        if domain is None:
+            return lambda: None
+        domain.join(bench, name, agent, actor.transmit)
+        return domain.close
 
-    lines = {f"{name}.{line}": baud or baud_of(bench_file, f"{name}.{line}") for line in LINES}
-    return ServedTarget(lines, make, name, may_be_open=True, one_client=True)
+    def in_dds(domain_id: int, say: Callable[[str], None]) -> ServedTarget:
+        from hilbench.systems.xrce_agent.dds import DdsDomain
+
+        domain = DdsDomain(domain_id, history=settings.history, say=say)
+        return replace(target, make=partial(make, domain=domain))
+
+    target = ServedTarget(lines, make, name, may_be_open=True, one_client=True, in_dds=in_dds)
+    return target
 
 
 def _speaking(bench_file: BenchFile) -> System:

@@ -16,6 +16,11 @@ from protocols.xrce.cdr.definitions import (
     parse_message,
     parse_service,
 )
+from protocols.xrce.cdr.interfaces import (
+    INTERFACES,
+    definition_of,
+    full_text,
+)
 from protocols.xrce.cdr.messages import (
     MessageTypes,
     decapsulate,
@@ -29,6 +34,7 @@ from protocols.xrce.cdr.stream import (
 )
 
 __all__ = [
+    "INTERFACES",
     "PRIMITIVES",
     "XCDR1_ALIGN",
     "XCDR2_ALIGN",
@@ -42,7 +48,9 @@ __all__ = [
     "ServiceDefinition",
     "Value",
     "decapsulate",
+    "definition_of",
     "encapsulate",
+    "full_text",
     "parse_message",
     "parse_service",
 ]

@@ -261,6 +261,23 @@ def test_a_journal_alone_has_a_row_for_each_case(check):
     assert sum(tag == "img" for tag, _ in page.elements) == 1
 
 
+def test_each_line_of_a_source_is_a_stream_of_its_own():
+    sync, text = "fafb03000000", b"$GPGGA,1*00".hex()
+    events = [
+        {"ns": 0, "kind": "case", "source": "journal", "case": "s/one"},
+        {"ns": 1, "kind": "rx", "source": "agent", "line": "line1", "data": sync[:6]},
+        {"ns": 2, "kind": "rx", "source": "agent", "line": "line2", "data": text},
+        {"ns": 3, "kind": "rx", "source": "agent", "line": "line1", "data": sync[6:]},
+        {"ns": 4 * 10**9, "kind": "case-end", "source": "journal", "case": "s/one", "hash": ""},
+    ]
+    recording = Recording(header={}, events=events, problem="", ended=True)
+    story = story_of(recording, "s/one", PLUGINS.get("p2os", ""))
+    assert {(line.source, line.name == "bytes", line.bad) for line in story.lines if line.raw} == {
+        ("agent.line1", False, False),
+        ("agent.line2", True, False),
+    }
+
+
 def test_a_line_without_a_frame_of_the_protocol_is_not_damaged_but_another():
     sync, text = "fafb03000000", b"$GPGGA,1*00".hex()
     events = [

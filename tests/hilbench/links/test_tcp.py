@@ -305,6 +305,19 @@ def test_end_of_file_hangs_up_after_the_last_byte_and_the_next_client_may_come(l
     until(locked, lambda: not door.line_is_up)
 
 
+def test_bytes_that_a_line_passes_within_a_tenth_of_a_millisecond_come_together(locked, make_door):
+    for baud, most in ((115_200, 1), (921_600, 9), (4_000_000, 40)):
+        door, chunks = make_door(baud=baud), []
+        door.on_receive = lambda data, at_ns, chunks=chunks: chunks.append(data)
+        client = connect(door)
+        client.send(bytes(range(200)))
+        until(locked, lambda chunks=chunks: len(b"".join(chunks)) == 200)
+        assert b"".join(chunks) == bytes(range(200))
+        assert max(map(len, chunks)) == most
+        client.close()
+        until(locked, lambda door=door: not door.line_is_up)
+
+
 def test_a_reset_hangs_up(locked, make_door):
     door = make_door()
     client = connect(door)

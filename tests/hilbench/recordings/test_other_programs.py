@@ -21,7 +21,7 @@ class TestMcap:
         from mcap.reader import make_reader
 
         file = io.BytesIO()
-        assert write_mcap(two_cases, file, P2OS) == len(two_cases.events)
+        assert write_mcap(two_cases, file, P2OS).events == len(two_cases.events)
         reader = make_reader(io.BytesIO(file.getvalue()))
         counts = Counter()
         events = []

@@ -626,6 +626,44 @@ def test_a_program_beside_the_agent_writes_and_listens():
     assert len(heard) == 2
 
 
+class Told:
+    """Whom the data space tells."""
+
+    def __init__(self):
+        self.there = []
+        self.samples = []
+        self.opened, self.closed = self.there.append, self.there.remove
+
+    def written(self, writer, sample):
+        self.samples.append((writer.topic.name, sample.data))
+
+
+def test_who_joins_it_to_another_data_space_is_told_of_all_and_hands_a_sample_to_one_reader():
+    star = Star("a", "b")
+    star.agent.space.outside = told = Told()
+    star.connect()
+    for name in ("a", "b"):
+        star.create_all(name)
+        star.read(name)
+    assert [(type(one), one.topic.name) for one in told.there] == [
+        (xrce.Writer, "rt/speed"),
+        (xrce.Reader, "rt/speed"),
+    ] * 2
+    star.write("a", b"of a client")
+    star.run(SECOND)
+    star._wrote(star.agent.hand(told.there[3], xrce.StoredSample(data=b"from outside"), star.now_ns))
+    star.run(SECOND)
+    assert (star.data("a"), star.data("b")) == ([b"of a client"], [b"of a client", b"from outside"])
+    assert told.samples == [("rt/speed", b"of a client")]
+    assert star.of(xrce.SampleRouted)[-1] == xrce.SampleRouted(
+        line="", domain_id=0, topic="rt/speed", size=12, readers=1
+    )
+    star.say("a", xrce.Delete(request_id=3, object_id=PARTICIPANT))
+    star.run(SECOND)
+    star._wrote(star.agent.line_down("b", star.now_ns))
+    assert told.there == []
+
+
 # --- over TCP
 
 

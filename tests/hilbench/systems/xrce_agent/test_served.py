@@ -60,19 +60,19 @@ class Lengths:
     """The length, and the payload."""
 
     def __init__(self, port):
-        self._socket = socket.create_connection(("127.0.0.1", port))
-        self._socket.setblocking(False)
-        self.close = self._socket.close
+        self.socket = socket.create_connection(("127.0.0.1", port))
+        self.socket.setblocking(False)
+        self.close = self.socket.close
         self._came = self.sent = b""
 
     def send(self, payload):
         data = struct.pack("<H", len(payload)) + payload
         self.sent += data
-        self._socket.sendall(data)
+        self.socket.sendall(data)
 
     def receive(self):
         while len(self._came) < 2 or len(self._came) < 2 + int.from_bytes(self._came[:2], "little"):
-            self._came += read(self._socket.fileno())
+            self._came += read(self.socket.fileno())
         length = int.from_bytes(self._came[:2], "little")
         payload, self._came = self._came[2 : 2 + length], self._came[2 + length :]
         return payload
@@ -108,17 +108,22 @@ class Client:
         self.line.send(header + struct.pack("<BBH", number, flags, len(payload)) + payload)
 
     def hear(self, number):
-        """The payload of the next submessage of this number; each reliable message is acknowledged."""
+        """The payload of the next submessage of this number."""
         while True:
-            message = self.line.receive()
-            session, stream, sequence = struct.unpack("<BBH", message[:4])
-            assert session == 0x81
-            if stream >= 0x80:
-                self.say(10, struct.pack("<HHB", sequence + 1, 0, stream), reliable=False)
-            kind, flags, length = struct.unpack("<BBH", message[4:8])
-            assert flags & 1
+            kind, payload = self.hear_any()
             if kind == number:
-                return message[8 : 8 + length]
+                return payload
+
+    def hear_any(self):
+        """The next message, whose submessage is acknowledged if the stream is reliable: its number and payload."""
+        message = self.line.receive()
+        session, stream, sequence = struct.unpack("<BBH", message[:4])
+        assert session == 0x81
+        if stream >= 0x80:
+            self.say(10, struct.pack("<HHB", sequence + 1, 0, stream), reliable=False)
+        kind, flags, length = struct.unpack("<BBH", message[4:8])
+        assert flags & 1
+        return kind, message[8 : 8 + length]
 
     def connect(self):
         self._sent = 0
