@@ -6,7 +6,7 @@ clause is plainly advice: then it is a should, and the text says why.
 
 from __future__ import annotations
 
-from protocols.p2os.clause import ARDUINO, ARIA, CONFIG_READER, FRAMING, MANUAL, PLAYER, SERIAL, THESIS, Clause
+from protocols.p2os.clause import ARDUINO, ARIA, CHOICE, CONFIG_READER, FRAMING, MANUAL, PLAYER, SERIAL, THESIS, Clause
 
 __all__ = ["CLIENT_CLAUSES"]
 
@@ -341,9 +341,9 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         title="Each of many commands is its own",
         text=(
             "ENABLE 1, then VEL, RVEL, SETA, SETRA, HEAD and MOVE each with two arguments of either sign, CONFIG 1, "
-            "ENABLE 0, two SAY and two VEL2, one after another: each goes out once, to the byte."
+            "ENABLE 0, two SAY and two VEL2, one after another: each goes out once, to the byte, within 0.35 s."
         ),
-        sources=(MANUAL, ARIA, PLAYER),
+        sources=(MANUAL, ARIA, PLAYER, CHOICE + " how soon: three cycles of ARIA's"),
         needs=("client", "client.commands"),
     ),
 )

@@ -284,7 +284,10 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="VEL2 sets each wheel",
-        text="VEL2 with the bytes 0A 05 (right 200, left 100 mm/s) gives these wheel speeds.",
+        text=(
+            "VEL2 with the bytes 0A 05 (right 200, left 100 mm/s) gives these wheel speeds, and so does one behind it "
+            "for -100 mm/s on both."
+        ),
         sources=(ARIA, PLAYER),
         needs=("server",),
     ),
@@ -584,7 +587,10 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="should",
         title="AUX data come back on request",
-        text="TTY2 AT with the AUX port looped back and GETAUX 2: one packet B0 with 41 54 when both bytes are in.",
+        text=(
+            "TTY2 AT with the AUX port looped back and GETAUX 2: one packet B0 with 41 54 when both bytes are in; then "
+            "another with two other bytes."
+        ),
         sources=(MANUAL, PLAYER),
         needs=("server", "aux-loopback"),
     ),
@@ -839,8 +845,8 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="should",
         title="The SIP shows the heading that was asked for",
         text=(
-            "SETO, HEAD 45, DHEAD -90 from there, DCHEAD 30 on that: bytes 17 and 18 are the angle that is turned to, "
-            "within 2 units, while the robot turns and behind that. Always 0 is not judged."
+            "SETO, HEAD, DHEAD from there, DCHEAD on that, each once to either side: bytes 17 and 18 are the angle "
+            "that is turned to, within 2 units, while the robot turns and behind that. Always 0 is not judged."
         ),
         sources=(f"{MANUAL}: the server's angular position servo setpoint", f"{AMRISIM}: 0"),
         needs=("server",),

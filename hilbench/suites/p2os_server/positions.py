@@ -43,14 +43,14 @@ def test_heading_changes_are_relative(peer: Peer) -> None:
     session.leave()
 
 
-@case("S91", bench_time_s=5.7)
+@case("S91", bench_time_s=9.6)
 def test_the_setpoint_is_the_heading_asked_for(peer: Peer) -> None:
     """While it turns, and when it has. Turns on the spot."""
     session = Session(peer, motors=True)
     session.set_ramps(turn=100)
     session.next_after(session.send(_C.SETO))
     shown: dict[int, set[int]] = {}
-    for number, argument, heading_deg in ((_C.HEAD, 45, 45), (_C.DHEAD, -90, -45), (_C.DCHEAD, 30, -15)):
+    for number, argument, heading_deg in TURNS:
         arrived_ns = session.send(number, argument)
         turning = session.next_after(arrived_ns)
         session.watch_alive(0.5)
@@ -64,6 +64,16 @@ def test_the_setpoint_is_the_heading_asked_for(peer: Peer) -> None:
         for units in found:
             near(units, wanted, SETPOINT_UNITS, unit="units", what=f"setpoint of {heading_deg} degrees")
 
+
+TURNS = (
+    (_C.HEAD, 45, 45),
+    (_C.DHEAD, -90, -45),
+    (_C.DCHEAD, 30, -15),
+    (_C.HEAD, -30, -30),
+    (_C.DHEAD, 40, 10),
+    (_C.DCHEAD, -20, -10),
+)
+"""Commands, their arguments, and where they lead, one behind the other."""
 
 SETPOINT_UNITS = 2
 """An angle in degrees, and what is rounded of it. The setpoint of DHEAD begins where the robot is."""

@@ -22,6 +22,7 @@ from hilbench.errors import UsageError
 from hilbench.journal import Journal
 from hilbench.judging.provider import BenchProvider
 from hilbench.links import Line, MemoryLink, Port
+from hilbench.links.memory import MemoryPort
 from hilbench.links.serial_target import SerialTarget
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
@@ -301,6 +302,14 @@ def _started_in_bench_time(subject: Subject) -> Iterator[None]:
         yield
 
 
+def _open_again(link: MemoryLink, scheduler: Scheduler) -> None:
+    """Put a fresh end in the place of one that was closed; the other end notices."""
+    link.a = MemoryPort(scheduler, link.a.name, link.line, tx_depth=None, injector=None)
+    link.a.join(link.b)
+    link.b.join(link.a)
+    link.b.line_changed(True)
+
+
 @contextlib.contextmanager
 def _in_bench_time(bench_file: BenchFile) -> Iterator[None]:
     """Put the model of a bench at the far ends of what a provider takes for serial ports, in virtual time."""
@@ -314,7 +323,10 @@ def _in_bench_time(bench_file: BenchFile) -> Iterator[None]:
                 links[name] = MemoryLink(provider._scheduler, Line(baud=baud), name=name)
             ends.append(served.make(provider._bench, {name: link.b for name, link in links.items()}))
         wanted = target.url.rpartition("/")[2]
-        return next((link.a for name, link in links.items() if name.endswith(wanted)), next(iter(links.values())).a)
+        link = next((link for name, link in links.items() if name.endswith(wanted)), next(iter(links.values())))
+        if link.a.closed:
+            _open_again(link, provider._scheduler)
+        return link.a
 
     with (
         patch.object(LockedProvider, "_lock", lambda _provider: None),
