@@ -120,9 +120,9 @@ def test_a_stop_and_a_start_at_once_count_in_their_order(peer: Peer) -> None:
         if command[0] == _C.MOVE and not session.robot.has_move:
             continue
         if moves([command, (_C.STOP, 0)]):
-            raise Violation(f"the robot drives after {name} and STOP behind it", peer.evidence())
+            raise Violation(f"the robot drives after {name} and then STOP", peer.evidence())
         if not moves([(_C.STOP, 0), command]):
-            raise Violation(f"the robot stands after STOP and {name} behind it", peer.evidence())
+            raise Violation(f"the robot stands after STOP and then {name}", peer.evidence())
         session.send(_C.STOP)
         session.wait_at_rest(5.0)
     session.leave()
