@@ -158,9 +158,12 @@ def test_counts_follow_speeds(rover: Rover) -> None:
     span_s = (last_got.start_ns - first_got.start_ns) / NS_PER_S
     doubt = rover.peer.uncertainty_s(first_got.start_ns) / span_s
     for wheel in range(4):
-        speeds_rpm = [abs(report.rpm[wheel]) for _, report in driven]
-        if not all(speeds_rpm):
-            raise Inconclusive(f"wheel {wheel + 1} has a speed of 0 in 0x83: it stands, or turns too fast to be shown")
+        speeds_rpm = [report.rpm[wheel] for _, report in driven]
+        if not all(0 <= rpm <= FASTEST_RPM for rpm in speeds_rpm):
+            shown = ", ".join(f"{rpm:g}" for rpm in speeds_rpm)
+            raise Violation(f"wheel {wheel + 1}, driven ahead, has speeds of {shown} rpm", rover.peer.evidence(mark))
+        if last.ticks[wheel] == first.ticks[wheel] and not any(speeds_rpm):
+            raise Inconclusive(f"wheel {wheel + 1} stands, by its speed and by its count in 0x83")
         wanted = statistics.fmean(speeds_rpm) / 60 * SLOTS * span_s
         near(
             last.ticks[wheel] - first.ticks[wheel],
@@ -171,6 +174,13 @@ def test_counts_follow_speeds(rover: Rover) -> None:
             uncertainty=doubt * wanted,
         )
     _require_at_rest([report for _, report in rover.peer.since(mark, MotionReport)], rover)
+    *_, one, other = (report for _, report in rover.peer.since(mark, MotionReport))
+    if one.ticks == other.ticks and any(other.rpm):
+        raise Violation(f"0x83 shows {other.rpm} rpm of wheels that count nothing", rover.peer.evidence())
+
+
+FASTEST_RPM = 1000.0
+"""A tachometer takes what is faster for a wrong pulse (manual, chapter on the tachometers)."""
 
 
 def _require_at_rest(reports: Sequence[MotionReport], rover: Rover) -> None:

@@ -19,7 +19,7 @@ EQUIVALENT = "equivalent"
 
 _CONSTANT = "unasked: in no case of the suites does the field have two values"
 _NEVER = "unasked: no case of the suites has a frame with which it does anything else than the right peer"
-_EVENLY = "unasked: P30 counts the reports of 10 s; no clause asks how evenly they come, or in which order"
+_EVENLY = "unasked: P30 and P85 ask how many reports come, and how evenly: one may always be late by the same time"
 _ON_STAND = (
     "elsewhere: the rover of this bench stands on a stand, and its readings never change; R14 to R22 and R27 of "
     "rover-motion are for them, on a board with a body in a world, where these mutants were not run"
@@ -99,10 +99,6 @@ REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
             (
                 r"hears:SETO:doubled",
                 f"{EQUIVALENT}: S33, 'SETO makes here the origin', and the second one comes at the same place",
-            ),
-            (
-                r"hears:DHEAD:doubled",
-                f"{EQUIVALENT}: the Pioneer 2 manual's 'relative to current heading', which is the same for both",
             ),
             (r"says:(Encoder|Io)Packet:reordered", "unasked: no clause asks in which order packets come"),
             (
