@@ -40,11 +40,11 @@ class ExecClient:
     Args:
         command: its command line, split as a shell would; ``{pty}`` and ``{port}`` are filled in by ``names``.
         names: what to fill in.
+        own: what knows what it tells, if it has a line for that.
     """
 
-    own = None
-
-    def __init__(self, command: str, names: dict[str, str]) -> None:
+    def __init__(self, command: str, names: dict[str, str], own: Any = None) -> None:
+        self.own = own
         self._words = [_fill_in(word, names) for word in shlex.split(command)]
         self._process: subprocess.Popen[bytes] | None = None
 

@@ -106,7 +106,7 @@ class LinePeer(LineEnd, Generic[MessageT]):
     def settle(self) -> None:
         """Bring a real target back to where a case may begin, and discard what was received."""
 
-    def _checksum(self) -> Checksum | None:
+    def checksum(self) -> Checksum | None:
         """Return how frames are checked, if that is known."""
         return None
 
@@ -130,7 +130,7 @@ class LinePeer(LineEnd, Generic[MessageT]):
         return f"; {count} what came was refused, first for {drops[0].reason}{self._reading_of(drops[0])}"
 
     def _reading_of(self, drop: Unsound) -> str:
-        rule = self._checksum()
+        rule = self.checksum()
         mistake = rule.mistake(drop.data) if rule is not None else ""
         return f": {mistake}" if mistake else ""
 

@@ -23,6 +23,7 @@ from hilbench.bench.line_faults import LineFaults
 from hilbench.bench.line_peer import LinePeer
 from hilbench.bench.observing import counters_of, pace_of
 from hilbench.bench.operator import Beside
+from hilbench.bench.report_line import REPORT
 from hilbench.bench.shared import Shared
 from hilbench.benchfile.line_hooks import run_hook
 from hilbench.benchfile.reader import BenchFile
@@ -286,11 +287,16 @@ class FarEnd:
         serve: begins to serve at a port.
         case: makes the bench of a case.
         capabilities: of a bench with it, beside those of the client.
+        told: makes what knows what a client tells on a line of its own, from the checker's end of that; None where
+            nobody would understand it.
+        told_capabilities: of a bench with such a client, beside these.
     """
 
     serve: Callable[[Bench, Port], Any]
     case: Callable[[Bench, CaseInfo, Any, Any, LineFaults | None], CaseBase]
     capabilities: frozenset[str] = frozenset()
+    told: Callable[[Bench, Port], Any] | None = None
+    told_capabilities: frozenset[str] = frozenset()
 
 
 class _ClientProvider(LockedProvider, ABC):
@@ -359,14 +365,47 @@ class ListenProvider(_ClientProvider):
 
 
 class ExecProvider(_ClientProvider):
-    """Starts a program for each case: ``exec:COMMAND``, with ``{pty}`` or ``{port}`` where it is to connect."""
+    """Starts a program for each case: ``exec:COMMAND``, with ``{pty}`` or ``{port}`` where it is to connect.
+
+    With ``{report}`` it is given a second pty, to tell there what it understood.
+    """
 
     def __init__(self, shared: Shared, command: str, far_end: FarEnd) -> None:
         super().__init__(shared, command, EXEC_CAPABILITIES, far_end)
         self._command = command
         self._names: dict[str, str] = {}
+        self._tells = f"{{{REPORT}}}" in command
+        self._report: Port | None = None
+        if self._tells:
+            if far_end.told is None:
+                raise UsageError("nobody here would understand what it reports", where=f"exec:{command}")
+            self.capabilities |= far_end.told_capabilities
 
     def _open_door(self) -> tuple[Port, str]:
+        door, where = self._open_line()
+        if self._tells:
+            self._report = self._open_report()
+        return door, where
+
+    def _open_report(self) -> Port:
+        """Open the line on which the client tells, at no rate."""
+        pty = PtyDoor(self._scheduler, None, Line(baud=0))
+        self._names[REPORT] = pty.slave_name
+        return pty
+
+    def close(self) -> None:
+        """Close the doors, the clock and the journal."""
+        if self._report is not None:
+            self._report.close()
+        super().close()
+
+    def _told(self) -> Any:
+        """Return what knows what the next client tells; None if it tells nothing."""
+        if self._report is None or self._far_end.told is None:
+            return None
+        return self._far_end.told(self._bench, self._report)
+
+    def _open_line(self) -> tuple[Port, str]:
         line = Line(baud=_baud_of(self._shared.bench_file))
         if "{pty}" in self._command:
             pty = PtyDoor(self._scheduler, None, line)
@@ -377,7 +416,7 @@ class ExecProvider(_ClientProvider):
         return tcp, _url_of(tcp)
 
     def _client(self) -> ClientUnderTest:
-        return ExecClient(self._command, self._names)
+        return ExecClient(self._command, self._names, self._told())
 
 
 def _is_up(port: Port) -> bool:

@@ -79,7 +79,8 @@ class ProtocolPeer(LinePeer[Any]):
                 message = item if item.message is None else item.message
                 yield Sound(raw=item.raw, packet=message if item.kind is Kind.FRAME else None)
 
-    def _checksum(self) -> Checksum | None:
+    def checksum(self) -> Checksum | None:
+        """See `LinePeer`."""
         return None if self.protocol.checksum is None else self.protocol.checksum(self._options)
 
     def _decoder(self, sent: bool) -> Decoder:

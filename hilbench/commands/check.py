@@ -54,7 +54,8 @@ def parser() -> Parser:
     add("--target", metavar="[NAME=]T", action="append", default=[], type=typed(arguments.target_choice),
         help="what to check instead of the bench file's target: pioneer, serial:PORT[@BAUD], any pyserial URL, by "
         "LINE=... where the checker has several lines; for a client under test listen:pty:PATH, listen:tcp:PORT or "
-        "exec:COMMAND; for a recording capture:FILE")  # fmt: skip
+        "exec:COMMAND, with {pty} or {port}, and {report} if it tells what it understood; for a recording "
+        "capture:FILE")  # fmt: skip
     add("--set", metavar="KEY=VALUE", dest="changes", action="append", default=[], type=typed(_change),
         help="replace a value of the bench file, as in world.scene=corridor or "
         "faults.0.probability=0.01")  # fmt: skip

@@ -78,13 +78,20 @@ class Session:
         peer: the checker's end of the line.
         motors: enable the motors, and wait until a SIP says so.
 
+    Attributes:
+        peer: see above.
+        identification: who answered.
+        robot: its parameters.
+        first: the first SIP.
+
     Raises:
         Violation: the server lets no session begin.
     """
 
     def __init__(self, peer: Peer, *, motors: bool = False) -> None:
         self.peer = peer
-        self.robot = find_parameters(peer, peer.handshake())
+        self.identification = peer.handshake()
+        self.robot = find_parameters(peer, self.identification)
         peer.send(CommandNumber.OPEN)
         self.first = self.next()
         if motors:

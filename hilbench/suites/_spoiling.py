@@ -1,11 +1,13 @@
-"""Frames with one wrong byte, as members of a family: each bit of some bytes turned, each other value in place."""
+"""Corrupted frames, as members of a family: bits turned, other values in place, checksums by another rule."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-__all__ = ["WrongByte", "other_values", "single_bits"]
+from protocols.common.checksum import Checksum
+
+__all__ = ["WrongByte", "other_rules", "other_values", "single_bits"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,3 +44,15 @@ def other_values(frame: bytes, names: Mapping[int, str], but: Collection[int] = 
         if value != frame[place] and value not in but
     ]
     return [(what, one) for what, one in wrong if one not in single]
+
+
+def other_rules(frame: bytes, rule: Checksum) -> Sequence[tuple[str, bytes]]:
+    """Put the checksum into a frame that a rule makes of it which is a little other than this one."""
+    others = {
+        "begun with every bit of the first value turned": replace(rule, begin=rule.begin ^ ((1 << 8 * rule.size) - 1)),
+        "without the first byte": replace(rule, first=rule.first + 1),
+        "with the byte before the first": replace(rule, first=rule.first - 1),
+        "with its bytes swapped": replace(rule, order="little" if rule.order == "big" else "big"),
+    }
+    made = {what: other.mended(frame) for what, other in others.items()}
+    return [(f"a checksum {what}", wrong) for what, wrong in made.items() if wrong != frame]

@@ -42,6 +42,8 @@ from protocols.pkt import (
     FrameTransition,
     FrameTrigger,
     GeneralReport,
+    ImuReport,
+    MotionReport,
     MotorThrottles,
     ReportId,
     Resync,
@@ -290,6 +292,20 @@ def _unused_set(encode: Callable[..., bytes], machine: ServerMachine, report: ob
     return encode_frame(bytes(payload))
 
 
+def _half_the_counts(motion: Callable[..., MotionReport], rover: RoverRobot) -> MotionReport:
+    report = motion(rover)
+    lf, rf, lb, rb = report.ticks
+    return replace(report, ticks=(lf // 2, rf // 2, lb // 2, rb // 2))
+
+
+def _twice_as_long(imu: Callable[..., object], rover: RoverRobot) -> object:
+    report = imu(rover)
+    if not isinstance(report, ImuReport):
+        return report
+    x, y, z, w = (2 * component for component in report.quaternion)
+    return replace(report, quaternion=(x, y, z, w))
+
+
 class _Doubling:
     """Say reports twice once the line has been down."""
 
@@ -330,6 +346,16 @@ _COUNTED = (Action.FEED_WATCHDOG, Action.ACCEPT, Action.SEND_GENERAL)
 _RESULT = (Action.NOTE_RESULT, Action.SEND_EXECUTION)
 
 BY_HAND = (
+    RoverMutant(
+        id="counts-halved",
+        what="the counts of 0x83 are half of what they should be",
+        patches=(patched(RoverRobot, "_motion", _half_the_counts),),
+    ),
+    RoverMutant(
+        id="quaternion-long",
+        what="the quaternion of 0x82 has a length of 2",
+        patches=(patched(RoverRobot, "_imu", _twice_as_long),),
+    ),
     RoverMutant(
         id="crc-unchecked",
         what="a frame with a wrong CRC is executed",

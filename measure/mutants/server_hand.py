@@ -324,4 +324,23 @@ REQUESTS = (
     on_wire("getaux-missing", "never sends AUX bytes", says(0xB0, Drop())),
 )
 
-SERVER_MUTANTS: tuple[Mutant, ...] = (*HANDSHAKE, *FRAMING, *SIPS, *MOTION, *REQUESTS)
+CONFIG_TOP, CONFIG_CYCLE, CONFIG_LOW_BATTERY = 29, 48, 56
+"""Where RotVelTop, SIPcycle and LowBattery stand in the CONFIG of the bench's robot, behind its strings."""
+
+SETTINGS = (
+    on_wire("gain-ignored", "ignores TRANSKI", hears(C.TRANSKI, Drop())),
+    on_wire("config-top-off", "RotVelTop in CONFIG is one too many", says(0x20, Word(offset=CONFIG_TOP, plus=1))),
+    on_wire("config-cycle", "CONFIG says 50 ms from SIP to SIP", says(0x20, Put(CONFIG_CYCLE, b"\x32"))),
+    on_wire(
+        "config-swapped",
+        "LowBattery in CONFIG has its high byte first",
+        says(0x20, Swap(CONFIG_LOW_BATTERY, CONFIG_LOW_BATTERY + 1)),
+    ),
+    on_wire("encoders-exchanged", "exchanges the wheels of an encoder packet", says(0x90, Swap(4, 8, 4))),
+    on_wire("io-inverted", "inverts the inputs of an IO packet", says(0xF0, Bits(offset=5, turn=0xFF))),
+    on_wire("adsel-ignored", "ignores ADSEL", hears(C.ADSEL, Drop())),
+    on_wire("stop-behind", "obeys STOP 100 ms late", hears(C.STOP, Late(0.1))),
+    on_wire("setpoint-sign", "the setpoint grows clockwise", in_sips(Word(offset=17, signed=True, times=-1))),
+)
+
+SERVER_MUTANTS: tuple[Mutant, ...] = (*HANDSHAKE, *FRAMING, *SIPS, *MOTION, *REQUESTS, *SETTINGS)

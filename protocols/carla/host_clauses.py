@@ -17,6 +17,7 @@ _SHIPPED = ("v0", "v1")
 _CAR = ("simulator", "car")
 _PAIR = ("simulator", "car", "board")
 _LINE = ("simulator",)
+_OWN_END = ("simulator", "car", "read errors")
 _PARSER = f"{NODE} timer_callback"
 _READ = f"{SERIAL_COM} readSerialPort"
 
@@ -201,7 +202,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{_READ}: -1 is not 0",),
         profiles=_SHIPPED,
         twin="VS11H",
-        needs=("simulator", "car", "read errors"),
+        needs=_OWN_END,
     ),
     Clause(
         id="VS11H",
@@ -211,7 +212,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         text="F1, then every read fails: nothing of F1 again, and within 0.5 s the car is commanded to stop.",
         sources=(CHOICE,),
         profiles=_HARDENED,
-        needs=("simulator", "car", "read errors"),
+        needs=_OWN_END,
     ),
     Clause(
         id="VS12",
@@ -440,7 +441,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         ),
         sources=(LINE,),
         profiles=_ALL,
-        needs=_CAR,
+        needs=_OWN_END,
     ),
     Clause(
         id="VS26",

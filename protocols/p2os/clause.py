@@ -15,6 +15,7 @@ __all__ = ["Clause"]
 MANUAL = "Pioneer 2 Operations Manual"
 H8 = "Pioneer 2/3 H8 Operations Manual"
 ARIA = "AriaCoda ArRobot.cpp"
+CONFIG_READER = "AriaCoda ArRobotConfigPacketReader.h"
 PLAYER = "Player p2os driver"
 AMRISIM = "AMRISim EmulatePioneer.cc"
 ROS = "allenh1/p2os p2os_driver"

@@ -1,6 +1,6 @@
 """The catalogue of what the peers of this protocol must do.
 
-S01 to S58 for the robot's end, C01 to C30 for the client's, M01 to M24 for the robot in its world.
+S01 to S91 for the robot's end, C01 to C33 for the client's, M01 to M24 for the robot in its world.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ clause is plainly advice: then it is a should, and the text says why.
 
 from __future__ import annotations
 
-from protocols.p2os.clause import ARDUINO, ARIA, FRAMING, MANUAL, PLAYER, SERIAL, THESIS, Clause
+from protocols.p2os.clause import ARDUINO, ARIA, CHOICE, CONFIG_READER, FRAMING, MANUAL, PLAYER, SERIAL, THESIS, Clause
 
 __all__ = ["CLIENT_CLAUSES"]
 
@@ -126,7 +126,10 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="Drops damaged SIPs",
-        text="SIPs with a wrong checksum are dropped silently, the good ones between them are kept.",
+        text=(
+            "SIPs with a wrong checksum, or with one by another rule, are dropped silently, the good ones between them "
+            "are kept."
+        ),
         sources=(MANUAL,),
         needs=("client", "client.report"),
     ),
@@ -312,5 +315,35 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         text="Bit 0 of byte 15 is a stall of the left wheel, bit 0 of byte 16 of the right.",
         sources=(MANUAL, ARIA),
         needs=("client", "client.report"),
+    ),
+    Clause(
+        id="C31",
+        suite=_SUITE,
+        level="must",
+        title="Reads each figure of CONFIG",
+        text="CONFIG with another number in each field up to TransKI, and twice more with others: each is understood.",
+        sources=(ARIA, f"{CONFIG_READER}: the fields in their order"),
+        needs=("client", "client.report", "client.commands"),
+    ),
+    Clause(
+        id="C32",
+        suite=_SUITE,
+        level="must",
+        title="Reads each SIP by itself",
+        text="Two SIPs in turn that differ in each field, for a second: each is understood with its own figures.",
+        sources=(MANUAL, ARIA),
+        needs=("client", "client.report"),
+    ),
+    Clause(
+        id="C33",
+        suite=_SUITE,
+        level="must",
+        title="Each of many commands is its own",
+        text=(
+            "ENABLE 1, then VEL, RVEL, SETA, SETRA, HEAD and MOVE each with two arguments of either sign, CONFIG 1, "
+            "ENABLE 0, two SAY and two VEL2, one after another: each goes out once, to the byte, within 0.35 s."
+        ),
+        sources=(MANUAL, ARIA, PLAYER, CHOICE + " how soon: three cycles of ARIA's"),
+        needs=("client", "client.commands"),
     ),
 )

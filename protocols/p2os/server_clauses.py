@@ -5,7 +5,20 @@ Hexadecimal bytes without further words stand as on the wire.
 
 from __future__ import annotations
 
-from protocols.p2os.clause import AMRISIM, ARIA, CHOICE, FRAMING, H8, MANUAL, PLAYER, ROS, SERIAL, THESIS, Clause
+from protocols.p2os.clause import (
+    AMRISIM,
+    ARIA,
+    CHOICE,
+    CONFIG_READER,
+    FRAMING,
+    H8,
+    MANUAL,
+    PLAYER,
+    ROS,
+    SERIAL,
+    THESIS,
+    Clause,
+)
 
 __all__ = ["SERVER_CLAUSES"]
 
@@ -271,7 +284,10 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="VEL2 sets each wheel",
-        text="VEL2 with the bytes 0A 05 (right 200, left 100 mm/s) gives these wheel speeds.",
+        text=(
+            "VEL2 with the bytes 0A 05 (right 200, left 100 mm/s) gives these wheel speeds, and so does one behind it "
+            "for -100 mm/s on both."
+        ),
         sources=(ARIA, PLAYER),
         needs=("server",),
     ),
@@ -571,7 +587,10 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="should",
         title="AUX data come back on request",
-        text="TTY2 AT with the AUX port looped back and GETAUX 2: one packet B0 with 41 54 when both bytes are in.",
+        text=(
+            "TTY2 AT with the AUX port looped back and GETAUX 2: one packet B0 with 41 54 when both bytes are in; then "
+            "another with two other bytes."
+        ),
         sources=(MANUAL, PLAYER),
         needs=("server", "aux-loopback"),
     ),
@@ -581,8 +600,9 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="Each bit of a checksum counts",
         text=(
-            "ENABLE 1 with one bit of its body or checksum turned, or with another value in one byte of the checksum, "
-            "leaves flag bit 0 clear; CONFIG 1 corrupted so has no answer. ENABLE 1 as it should be is obeyed then."
+            "ENABLE 1 with one bit of its body or checksum turned, with another value in one byte of the checksum, or "
+            "with a checksum by another rule, leaves flag bit 0 clear; CONFIG 1 with a wrong byte has no answer. "
+            "ENABLE 1 as it should be is obeyed then."
         ),
         sources=(MANUAL, FRAMING),
         needs=("server",),
@@ -694,6 +714,141 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         title="ENABLE 0 turns the motors off",
         text="After ENABLE 1 and then ENABLE 0 flag bit 0 is clear within two SIPs.",
         sources=(MANUAL, ARIA),
+        needs=("server",),
+    ),
+    Clause(
+        id="S82",
+        suite=_SUITE,
+        level="should",
+        title="CONFIG shows what a client has set",
+        text=(
+            "SETV, SETRV, SETA and SETRA of both signs, and the gains 82 to 87, all at once and then one after the "
+            "other: the next CONFIG has what was set, to the unit, and all else as it was."
+        ),
+        sources=(
+            f"{H8}: CONFIG has the working values, as changed by client commands such as SETV and ROTKV",
+            f"{MANUAL}: the gains from 1.J on",
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S83",
+        suite=_SUITE,
+        level="should",
+        title="Nothing is set above its top",
+        text=(
+            "SETV, SETRV, SETA and SETRA of both signs with 32767: CONFIG has RotVelTop, TransVelTop, RotAccTop and "
+            "TransAccTop as they were, and what was set is equal to its top."
+        ),
+        sources=(f"{CONFIG_READER}: the absolute maximum, above which nothing can be set through software", H8),
+        needs=("server",),
+    ),
+    Clause(
+        id="S84",
+        suite=_SUITE,
+        level="should",
+        title="What a client has set goes with it",
+        text=(
+            "SETV, SETRV, SETA, SETRA and the gains, then CLOSE and a new session: CONFIG is that of the first session "
+            "before them."
+        ),
+        sources=(f"{H8}: limits and gains go back to the stored ones when the client leaves",),
+        needs=("server",),
+    ),
+    Clause(
+        id="S85",
+        suite=_SUITE,
+        level="should",
+        title="CONFIG agrees with the robot",
+        text=(
+            "Type, subtype and name in CONFIG are those of the identification; SIPcycle is the mean time between SIPs "
+            "within 0.5 ms; FrontSonar and RearSonar are 1 where readings of discs 0 to 7, or 8 to 15, come, else 0."
+        ),
+        sources=(
+            f"{CONFIG_READER}: the cycle time in ms, whether the robot has front sonar and rear sonar",
+            CHOICE + " how near the cycle is",
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S86",
+        suite=_SUITE,
+        level="should",
+        title="CONFIG has figures that a robot can have",
+        text=(
+            "In CONFIG flags are 0 or 1, and 4Mots is 1 on an AT alone; rates are codes from 0 to 4; LowBattery is a "
+            "voltage of a battery (S80); Watchdog is from 1900 to 2000 ms (S36, S38), StallCount at most 10 s; PWMMax "
+            "at most 500; nothing is above its top, nor StallVal above PWMMax; tops, PWMMax, StallVal and RevCount "
+            "are not 0."
+        ),
+        sources=(
+            f"{H8}, CONFIG: rates 0 to 4, PWM 500 is fully on, 4Mots is 1 if AT",
+            f"{CONFIG_READER}: flags; tops; the stall value cannot be above the maximum PWM",
+            CHOICE + " how long a stalled robot may rest",
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S87",
+        suite=_SUITE,
+        level="should",
+        title="The encoders follow the wheels",
+        text=(
+            "ENCODER 2, then VEL 200 and STOP: both counts rise alike within 20 %, and each packet is in step with the "
+            "x of the SIP before it within 60 ms. RVEL 60: the left count falls as the right one rises, within 20 %."
+        ),
+        sources=(
+            f"{ARIA}: the ticks of the left and of the right wheel, as they have added up",
+            CHOICE + " how alike, and how far in step",
+        ),
+        needs=("server",),
+    ),
+    Clause(
+        id="S88",
+        suite=_SUITE,
+        level="should",
+        title="Inputs and outputs agree in SIP and IO packet",
+        text=(
+            "DIGOUT, ADSEL 1 to 5 and IOREQUEST 1: the SIP has the outputs and the port that were set; its outputs, "
+            "inputs and analog value are among those of the IO packet, whose analog values have ten bits."
+        ),
+        sources=(ARIA, f"{MANUAL}: ADSEL selects the port that a SIP shows, and the SIP says which"),
+        needs=("server",),
+    ),
+    Clause(
+        id="S89",
+        suite=_SUITE,
+        level="must",
+        title="A stop and a start at once count in their order",
+        text=(
+            "VEL, RVEL, VEL2, DHEAD or MOVE and STOP behind it without a gap: the robot stands. STOP and one of them "
+            "behind it: it moves."
+        ),
+        sources=(MANUAL, SERIAL),
+        needs=("server",),
+    ),
+    Clause(
+        id="S90",
+        suite=_SUITE,
+        level="must",
+        title="A robot that stands says so in every field",
+        text=(
+            "With the motors off, for a second: type 32, speeds 0, no stall bit; x, y, heading and setpoint stay "
+            "within a unit."
+        ),
+        sources=(MANUAL,),
+        needs=("server",),
+    ),
+    Clause(
+        id="S91",
+        suite=_SUITE,
+        level="should",
+        title="The SIP shows the heading that was asked for",
+        text=(
+            "SETO, HEAD, DHEAD from there, DCHEAD on that, each once to either side: bytes 17 and 18 are the angle "
+            "that is turned to, within 2 units, while the robot turns and behind that. Always 0 is not judged."
+        ),
+        sources=(f"{MANUAL}: the server's angular position servo setpoint", f"{AMRISIM}: 0"),
         needs=("server",),
     ),
 )

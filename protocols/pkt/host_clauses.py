@@ -107,7 +107,8 @@ HOST_CLAUSES: tuple[Clause, ...] = (
             "50 4B 54 21 01 01 F1 D1 0A, 50 4B 54 21 01 02 C1 B2 0A, "
             "50 4B 54 21 0A 03 00 00 00 3F 00 00 80 BE 03 8C 42 0A, "
             "50 4B 54 21 0A 04 00 00 F0 41 00 00 F0 41 03 A1 E8 0A and "
-            "50 4B 54 21 0D 05 0A D7 23 3C 17 B7 D1 38 17 B7 D1 38 53 4C 0A."
+            "50 4B 54 21 0D 05 0A D7 23 3C 17 B7 D1 38 17 B7 D1 38 53 4C 0A; likewise 0x03, 0x04 and 0x05 with other "
+            "numbers and flags behind these, each once."
         ),
         sources=(f"{MANUAL}, reference of the protocol",),
         profiles=("documented", "g2"),
@@ -135,7 +136,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="A report with a wrong CRC is not shown",
-        text=("0x80 with its CRC turned is not shown; the one behind it is."),
+        text="0x80 with a bit of its CRC turned, or with a CRC by another rule, is not shown; the one behind it is.",
         sources=(f"{DOCUMENT}, nominal sequence, step 6",),
         profiles=("documented",),
         needs=(
@@ -235,7 +236,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         title="Each field is understood",
         text=(
             "0x80, 0x82, 0x83 and 0x84 with another number in each field, and before that with half of each: each "
-            "field is shown with its number."
+            "field is shown with its number, and each report once."
         ),
         sources=(f"{DOCUMENT}, 0x80", f"{MANUAL}, 0x82, 0x83 and 0x84"),
         profiles=("documented",),

@@ -84,6 +84,58 @@ def test_a_negative_argument_is_sign_and_magnitude(bench: ClientBench, number: s
     )
 
 
+IN_A_ROW = (
+    (CommandNumber.ENABLE, 1, "FAFB06043B0100053B"),
+    (CommandNumber.VEL, 200, "FAFB060B3BC800D33B"),
+    (CommandNumber.VEL, -200, "FAFB060B1BC800D31B"),
+    (CommandNumber.VEL, 0, "FAFB060B3B00000B3B"),
+    (CommandNumber.RVEL, 30, "FAFB06153B1E00333B"),
+    (CommandNumber.RVEL, -30, "FAFB06151B1E00331B"),
+    (CommandNumber.SETA, 300, "FAFB06053B2C01313C"),
+    (CommandNumber.SETA, -300, "FAFB06051B2C01311C"),
+    (CommandNumber.SETRA, 100, "FAFB06173B64007B3B"),
+    (CommandNumber.SETRA, -100, "FAFB06171B64007B1B"),
+    (CommandNumber.HEAD, 90, "FAFB060C3B5A00663B"),
+    (CommandNumber.HEAD, -90, "FAFB060C1B5A00661B"),
+    (CommandNumber.MOVE, 1000, "FAFB06083BE803F03E"),
+    (CommandNumber.MOVE, -500, "FAFB06081BF401FC1C"),
+    (CommandNumber.CONFIG, 1, "FAFB06123B0100133B"),
+    (CommandNumber.ENABLE, 0, "FAFB06043B0000043B"),
+)
+"""Commands with other arguments than those before them, and their packets."""
+
+SAID = (bytes.fromhex("01060269"), bytes.fromhex("024003710544"))
+
+OBEYED_S = 0.35
+"""How soon a client sends what it is told. A choice: three of ARIA's cycles of 100 ms."""
+
+
+@case("C33", bench_time_s=2.1)
+def test_commands_in_a_row_are_each_its_own(bench: ClientBench) -> None:
+    """A string may end with a NUL that does not count."""
+    connect(bench)
+    for number, value, wire in IN_A_ROW:
+        mark = bench.server.mark()
+        own_client(bench).send(number, value)
+        bench.server.expect_command(number.name, OBEYED_S, mark=mark)
+        bench.server.run(0.1)
+        raws = [heard.raw.hex().upper() for heard in bench.server.heard(number.name, mark=mark)]
+        assert raws == [wire], f"{number.name} {value} went out as {', '.join(raws)}, not {wire}"
+    for text in SAID:
+        mark = bench.server.mark()
+        own_client(bench).send(CommandNumber.SAY, text)
+        body = bench.server.expect_command("SAY", OBEYED_S, mark=mark).raw[3:-2]
+        wanted = bytes((CommandNumber.SAY, 0x2B, len(text))) + text
+        assert body in (wanted, wanted + b"\0"), f"SAY went out as {body.hex(' ')}, not {wanted.hex(' ')}"
+    for left_mm_s, right_mm_s, bytes_of in ((300, -100, (15, -5)), (-100, 300, (-5, 15))):
+        mark = bench.server.mark()
+        own_client(bench).drive_wheels(left_mm_s, right_mm_s)
+        heard = bench.server.expect_command("VEL2", OBEYED_S, mark=mark)
+        argument = None if heard.command is None else heard.command.argument
+        assert isinstance(argument, int), "VEL2 has no integer argument"
+        assert byte_pair(argument) == bytes_of, f"{left_mm_s} and {right_mm_s} mm/s went out as {byte_pair(argument)}"
+
+
 @case("C24", bench_time_s=0.3)
 @pytest.mark.parametrize(
     ("left", "right", "lefts", "rights"),

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
-from hilbench.check import case
+from hilbench.check import Violation, case
 from hilbench.clock import NS_PER_S
 from hilbench.suites._client import (
     CONFIG_WITHIN_S,
     CONNECT_WITHIN_S,
+    UNDERSTAND_S,
     WORKING_PERIOD_S,
     ClientBench,
     begin,
@@ -17,7 +19,7 @@ from hilbench.suites._client import (
     require_session,
 )
 from hilbench.systems.pioneer.scripted_packets import CONFIG
-from protocols.p2os import ClientState, encode_packet
+from protocols.p2os import ClientState, CommandNumber, ConfigPacket, encode_packet
 
 
 @case("C17", bench_time_s=7.2)
@@ -52,6 +54,40 @@ def test_a_short_config_is_used(bench: ClientBench) -> None:
     sent = (CONFIG.serial, CONFIG.trans_vel_top_mm_s, CONFIG.name, CONFIG.low_battery_dv, CONFIG.watchdog_ms)
     assert used == sent, f"the short CONFIG was misread: {used} for {sent}"
     assert (config.stall_pwm, config.trans_ki) == (0, 0), "figures were read that the short CONFIG does not have"
+
+
+def _filled(step: int) -> ConfigPacket:
+    """Return a CONFIG of the P2OS form with another number or text in each field."""
+    numbers: dict[str, Any] = {}
+    for place, field in enumerate(dataclasses.fields(ConfigPacket)):
+        if size := field.metadata.get("size"):
+            numbers[field.name] = 10 + 3 * place + step if size == 1 else 1000 + 259 * place + 3 * step
+    named = dataclasses.replace(CONFIG, serial=f"SERIAL{step}", name=f"name {step}")
+    whole = dataclasses.replace(named, **numbers)
+    return ConfigPacket.decode(dataclasses.replace(whole, fields=ConfigPacket.P2OS_FIELDS).encode())
+
+
+@case("C31", bench_time_s=1.6)
+def test_each_figure_of_config_is_read(bench: ClientBench) -> None:
+    """Once as it connects, and with other figures when it asks again."""
+    server = bench.server
+    for step in range(3):
+        sent = _filled(step)
+        server.answer("CONFIG", encode_packet(sent))
+        if step:
+            own_client(bench).send(CommandNumber.CONFIG, 1)
+        else:
+            connect(bench)
+        server.run(UNDERSTAND_S)
+        got = own_client(bench).config
+        assert got is not None, "the CONFIG was not used"
+        wrong = [
+            f"{field.name}: sent {getattr(sent, field.name)}, understood {getattr(got, field.name)}"
+            for field in dataclasses.fields(ConfigPacket)
+            if getattr(sent, field.name) != getattr(got, field.name)
+        ]
+        if wrong:
+            raise Violation(f"{len(wrong)} fields of the CONFIG were misread", wrong)
 
 
 _FIELDS_TO_WATCHDOG = 19

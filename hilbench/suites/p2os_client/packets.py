@@ -18,9 +18,12 @@ from hilbench.suites._client import (
     sips_since,
     understood,
 )
+from hilbench.suites._spoiling import other_rules
 from hilbench.systems.pioneer.scripted import SIP_CYCLE_S
 from hilbench.systems.pioneer.scripted_packets import STANDING
+from protocols.common.decoding import NoOptions
 from protocols.p2os import LateSipFields, Sip, SonarReading, encode_frame, encode_packet
+from protocols.p2os.decoding import checksum
 
 
 def _numbered(tick: int) -> bytes:
@@ -56,7 +59,9 @@ def test_damaged_sips_are_dropped(bench: ClientBench) -> None:
 
     def stream(_tick: int) -> bytes:
         sent.append(100 + 2 * len(sent))
-        return damaged(_numbered(sent[-1])) if len(sent) % 2 else _numbered(sent[-1])
+        sound = _numbered(sent[-1])
+        wrong = [damaged(sound), *(frame for _, frame in other_rules(sound, checksum(NoOptions())))]
+        return wrong[len(sent) // 2 % len(wrong)] if len(sent) % 2 else sound
 
     bench.server.stream = stream
     require_session(bench, 3.0, "every second SIP was damaged")
@@ -142,6 +147,47 @@ def test_a_sip_of_any_length_is_read(bench: ClientBench, sonars: tuple[SonarRead
     ]
     if wrong:
         raise Violation(f"{len(wrong)} fields of the SIP were misread", wrong)
+
+
+_OTHER = Sip(
+    moving=False,
+    x_raw=4099,
+    y_raw=517,
+    th_raw=771,
+    left_raw=-260,
+    right_raw=515,
+    battery_dv=131,
+    stall_rear=2,
+    stall_front=5,
+    control_raw=770,
+    flags=0x0002,
+    compass_raw=90,
+    sonars=(SonarReading(number=9, range_raw=5000), SonarReading(number=12, range_raw=6001)),
+    timer=0x1405,
+    analog=0xAA,
+    digin=0x3C,
+    digout=0xC3,
+)
+"""Another number than in `_BUSY` in each field."""
+
+
+@case("C32", bench_time_s=1.6)
+def test_each_sip_is_read_anew(bench: ClientBench) -> None:
+    connect(bench)
+    mark = _quieten(bench)
+    sent: list[Sip] = []
+
+    def stream(tick: int) -> bytes:
+        sent.append(_OTHER if tick % 2 else dataclasses.replace(_BUSY, sonars=_FULL[:2]))
+        return encode_packet(sent[-1])
+
+    bench.server.stream = stream
+    bench.server.run(1.0)
+    _quieten(bench)
+    got = [dataclasses.replace(sip, tail=b"") for sip in sips_since(bench, mark)]
+    wrong = [f"sent {one}, understood {other}" for one, other in zip(sent, got, strict=False) if one != other]
+    if wrong or len(got) != len(sent):
+        raise Violation(f"of {len(sent)} SIPs {len(got)} were taken, {len(wrong)} of them misread", wrong[:2])
 
 
 @case("C16", bench_time_s=2.3)

@@ -16,6 +16,7 @@ ORDER = (
     "stopping",
     "session",
     "requests",
+    "settings",
     "commands",
     "wraps",
     "surroundings",

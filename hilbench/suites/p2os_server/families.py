@@ -8,7 +8,7 @@ from hilbench.check import Violation, at_most, case, try_members
 from hilbench.clock import NS_PER_S
 from hilbench.judging.uncertainty import OfTimes
 from hilbench.suites._session import Session
-from hilbench.suites._spoiling import WrongByte, other_values, single_bits
+from hilbench.suites._spoiling import WrongByte, other_rules, other_values, single_bits
 from hilbench.systems.pioneer.cases import AttachedCase, VirtualCase
 from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import HEADER, MAX_COUNT_STRICT, CommandNumber, ConfigPacket, Sip, encode_frame
@@ -40,13 +40,16 @@ def _checksum(frame: bytes) -> Mapping[int, str]:
     return dict(enumerate(CHECKSUM, start=len(frame) - 2))
 
 
-@case("S59", bench_time_s=8.3)
+@case("S59", bench_time_s=9.1)
 def test_every_bit_of_a_checksum_counts(bench: VirtualCase | AttachedCase, peer: Peer) -> None:
     """ENABLE 1 would show within two SIPs, CONFIG would be answered. The right ENABLE 1 is obeyed in the end."""
     session, seed = Session(peer), bench.case.seed
 
     def is_not_obeyed(wrong: WrongByte) -> None:
-        if shown(session, wrong.put_into(enable)).motors_enabled:
+        frame_is_not_obeyed(wrong.put_into(enable))
+
+    def frame_is_not_obeyed(frame: bytes) -> None:
+        if shown(session, frame).motors_enabled:
             raise Violation("an ENABLE 1 with a wrong checksum was obeyed", peer.evidence())
 
     def is_not_answered(wrong: WrongByte) -> None:
@@ -61,6 +64,8 @@ def test_every_bit_of_a_checksum_counts(bench: VirtualCase | AttachedCase, peer:
     try_members("single bits", corrupted, is_not_obeyed, seed=seed, budget=20)
     corrupted = other_values(enable, _checksum(enable), HEADER[:1])
     try_members("wrong bytes of a checksum", corrupted, is_not_obeyed, seed=seed, budget=10)
+    others = other_rules(enable, peer.checksum())
+    try_members("checksums by another rule", others, frame_is_not_obeyed, seed=seed, budget=len(others))
     corrupted = [
         *single_bits(config, _body_and_checksum(config)),
         *other_values(config, _checksum(config), HEADER[:1]),

@@ -43,6 +43,42 @@ def test_heading_changes_are_relative(peer: Peer) -> None:
     session.leave()
 
 
+@case("S91", bench_time_s=9.6)
+def test_the_setpoint_is_the_heading_asked_for(peer: Peer) -> None:
+    """While it turns, and when it has. Turns on the spot."""
+    session = Session(peer, motors=True)
+    session.set_ramps(turn=100)
+    session.next_after(session.send(_C.SETO))
+    shown: dict[int, set[int]] = {}
+    for number, argument, heading_deg in TURNS:
+        arrived_ns = session.send(number, argument)
+        turning = session.next_after(arrived_ns)
+        session.watch_alive(0.5)
+        rest = session.wait_at_rest(8.0)
+        shown[heading_deg] = {turning.sip.control_raw, rest.sip.control_raw}
+    session.leave()
+    if not any(units for found in shown.values() for units in found):
+        raise NotApplicable("the robot says no heading setpoint: its bytes are always 0")
+    for heading_deg, found in shown.items():
+        wanted = heading_deg * session.robot.units_per_turn / 360
+        for units in found:
+            near(units, wanted, SETPOINT_UNITS, unit="units", what=f"setpoint of {heading_deg} degrees")
+
+
+TURNS = (
+    (_C.HEAD, 45, 45),
+    (_C.DHEAD, -90, -45),
+    (_C.DCHEAD, 30, -15),
+    (_C.HEAD, -30, -30),
+    (_C.DHEAD, 40, 10),
+    (_C.DCHEAD, -20, -10),
+)
+"""Commands, their arguments, and where they lead, one behind the other."""
+
+SETPOINT_UNITS = 2
+"""An angle in degrees, and what is rounded of it. The setpoint of DHEAD begins where the robot is."""
+
+
 @case("S30", bench_time_s=4.4)
 def test_move_goes_its_way(peer: Peer) -> None:
     """Floor: 1.1 m ahead."""

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from hilbench.check import Violation, case
+from collections.abc import Sequence
+
+from hilbench.check import Violation, at_least, at_most, case, near
 from hilbench.suites._requirements import require_request
-from hilbench.suites._session import CYCLE_S, Session
+from hilbench.suites._session import CYCLE_S, SIP_WITHIN_S, Session, poses
 from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import CommandNumber, ConfigPacket, EncoderPacket, IoPacket, pack_bytes
 
@@ -35,6 +37,116 @@ def test_encoders_are_sent_on_request(peer: Peer) -> None:
 @case("S44", bench_time_s=2.2)
 def test_inputs_and_outputs_are_sent_on_request(peer: Peer) -> None:
     require_request(peer, _C.IOREQUEST, IoPacket)
+
+
+Ticks = tuple[int, int]
+"""Of the left and of the right wheel."""
+
+
+def _ticks(packet: EncoderPacket) -> Ticks:
+    return packet.left_ticks, packet.right_ticks
+
+
+def _turned(start: Ticks, end: Ticks) -> Ticks:
+    return end[0] - start[0], end[1] - start[1]
+
+
+@case("S87", bench_time_s=5.4)
+def test_encoders_follow_the_wheels(peer: Peer) -> None:
+    """Drives straight and turns on the spot. Floor: 0.6 m ahead."""
+    session = Session(peer, motors=True)
+    session.set_ramps(up=300, down=300, turn=100)
+    session.send(_C.SETO)
+    session.send(_C.ENCODER, 2)
+    session.next()
+    start, _ = peer.expect(EncoderPacket, SIP_WITHIN_S, what="encoder packet"), session.next()
+    mark, first = peer.mark(), session.next()
+    session.send(_C.VEL, 200)
+    session.watch_alive(1.8)
+    session.send(_C.STOP)
+    session.wait_at_rest(4.0)
+    stopped = peer.expect(EncoderPacket, SIP_WITHIN_S, what="encoder packet")
+    way_mm = poses([first, session.next()], session.robot)[-1].x_mm
+    ahead = _turned(_ticks(start), _ticks(stopped))
+    at_least(way_mm, 100, unit="mm", what="way ahead, to have something to judge")
+    at_least(
+        min(ahead) / max(ahead), 1 - WHEELS, unit="", what=f"ticks {ahead} on a straight way, one beside the other"
+    )
+    _require_in_step(session, mark, _ticks(start), ahead, way_mm)
+    session.send(_C.RVEL, 60)
+    session.watch_alive(1.0)
+    session.send(_C.STOP)
+    session.wait_at_rest(4.0)
+    left, right = _turned(_ticks(stopped), _ticks(peer.expect(EncoderPacket, SIP_WITHIN_S, what="encoder packet")))
+    if not left < 0 < right:
+        raise Violation(f"the ticks go by {left} and {right} in a turn to the left", peer.evidence())
+    near(-left / right, 1, WHEELS, unit="", what="ticks of the left wheel beside the right one's in a turn")
+    session.send(_C.ENCODER, 0)
+    session.leave()
+
+
+def _require_in_step(session: Session, mark: int, start: Ticks, ahead: Ticks, way_mm: float) -> None:
+    """Require of each encoder packet of a straight way the ticks that belong to the way in the SIP before it."""
+    seen, begun = session.seen(mark), session.first.start_ns
+    followed = [pose.x_mm for pose in poses(seen, session.robot)]
+    worst_s = 0.0
+    for got, packet in session.peer.since(mark, EncoderPacket):
+        before = [i for i, one in enumerate(seen) if one.end_ns <= got.start_ns]
+        if not before or seen[before[-1]].speed_mm_s < STEADY_MM_S:
+            continue
+        here = seen[before[-1]]
+        for ticks, whole in zip(_turned(start, _ticks(packet)), ahead, strict=True):
+            behind_mm = followed[before[-1]] - ticks / whole * way_mm
+            worst_s = max(worst_s, abs(behind_mm) / here.speed_mm_s)
+    doubt_s = session.uncertainty_s(begun)
+    what = "encoders ahead of the SIP before them, or behind it"
+    at_most(worst_s, STEP_S, unit="s", what=what, uncertainty=doubt_s)
+
+
+WHEELS = 0.2
+"""How much the wheels may differ, as a share. A choice: no robot with such wheels drives straight on."""
+
+STEADY_MM_S = 150.0
+
+STEP_S = 0.06
+"""Ticks belong to the cycle in which they are sent: less than a cycle, by more than a packet takes. A choice."""
+
+
+@case("S88", bench_time_s=2.2)
+def test_inputs_and_outputs_are_the_same_in_both_packets(peer: Peer) -> None:
+    """No source says which bytes and converters of an IO packet are those of a SIP: they have to be among them."""
+    session = Session(peer)
+    before = session.first.sip.digout
+    try:
+        for port, outputs in enumerate((0xA5, 0x5A, 0xC3, 0x3C, 0x96), start=1):
+            session.send(_C.DIGOUT, pack_bytes(0xFF, outputs))
+            _require_same(session, session.send(_C.ADSEL, port), port, outputs)
+    finally:  # something may hang on the outputs of a real robot
+        session.send(_C.DIGOUT, pack_bytes(0xFF, before))
+    session.leave()
+
+
+def _require_same(session: Session, arrived_ns: int, port: int, outputs: int) -> None:
+    peer = session.peer
+    around = [session.next_after(arrived_ns).sip, session.next().sip]
+    session.send(_C.IOREQUEST, 1)
+    io = peer.expect(IoPacket, SIP_WITHIN_S, what="IO packet")
+    around.append(session.next().sip)
+    if port not in divmod(around[-1].timer, 0x100):
+        raise Violation(f"the selected port is {around[-1].timer:04X} after ADSEL {port}", peer.evidence())
+    if around[-1].digout != outputs:
+        raise Violation(f"the outputs are {around[-1].digout:02X} after DIGOUT {outputs:02X}", peer.evidence())
+    _require_among("digital outputs", [sip.digout for sip in around], io.digout, peer)
+    _require_among("digital inputs", [sip.digin for sip in around], io.digin, peer)
+    _require_among("analog input", [sip.analog for sip in around], [counts >> 2 for counts in io.analog], peer)
+
+
+def _require_among(what: str, of_sips: Sequence[int], of_io: Sequence[int], peer: Peer) -> None:
+    """Require one of the values of an IO packet in the SIPs around it, between which it may have changed."""
+    if of_io and not any(min(of_sips) <= value <= max(of_sips) for value in of_io):
+        shown = ", ".join(f"{value:02X}" for value in of_io)
+        text = f"{what}: {of_sips[-1]:02X} in SIPs, {shown} in the IO packet between them"
+        raise Violation(text, peer.evidence())
 
 
 @case("S45", bench_time_s=1.6)

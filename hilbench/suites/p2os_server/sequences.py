@@ -94,6 +94,40 @@ def test_two_commands_at_once_in_each_order(bench: VirtualCase | AttachedCase, p
     session.leave()
 
 
+TWITCH_S = 0.3
+"""How long a robot may move by the first of two commands that come 10 ms apart on a slow line. A choice."""
+
+GOES: Mapping[str, Command] = {
+    "VEL 150": (_C.VEL, 150),
+    "RVEL 40": (_C.RVEL, 40),
+    "VEL2": (_C.VEL2, 0x0505),
+    "DHEAD 90": (_C.DHEAD, 90),
+    "MOVE 1000": (_C.MOVE, 1000),
+}
+
+
+@case("S89", bench_time_s=9.4)
+def test_a_stop_and_a_start_at_once_count_in_their_order(peer: Peer) -> None:
+    """Floor: 0.4 m ahead."""
+    session = Session(peer, motors=True)
+    session.set_ramps(up=1000, down=1000, turn=200)
+
+    def moves(commands: Sequence[Command]) -> bool:
+        arrived_ns = session.write(b"".join(_frame(*command) for command in commands))
+        return any(not one.at_rest for one in session.watch_alive(0.6) if one.after_s(arrived_ns) > TWITCH_S)
+
+    for name, command in GOES.items():
+        if command[0] == _C.MOVE and not session.robot.has_move:
+            continue
+        if moves([command, (_C.STOP, 0)]):
+            raise Violation(f"the robot drives after {name} and then STOP", peer.evidence())
+        if not moves([(_C.STOP, 0), command]):
+            raise Violation(f"the robot stands after STOP and then {name}", peer.evidence())
+        session.send(_C.STOP)
+        session.wait_at_rest(5.0)
+    session.leave()
+
+
 STOPS: Mapping[str, Command] = {
     "STOP": (_C.STOP, 0),
     "VEL 0": (_C.VEL, 0),

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 from hilbench.check import Inconclusive, Violation, at_most, case, within
 from hilbench.clock import NS_PER_S
-from hilbench.suites._requirements import require_plain_sip, require_rate, require_standing
+from hilbench.suites._requirements import STANDING_UNITS, require_plain_sip, require_rate, require_standing
 from hilbench.suites._session import Session
 from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import CommandNumber, battery_v
@@ -19,11 +19,13 @@ def test_sips_come_at_their_rate(peer: Peer) -> None:
     """Listens and says nothing. The robot stands, so the watchdog may run out."""
     session = Session(peer)
     mark, dropped = peer.mark(), len(peer.dropped)
-    seen, doubts_s = [session.next()], []
+    session.next()
     end_ns = session.now_ns + 10 * NS_PER_S
+    seen, doubts_s = session.seen(mark), list[float]()
     while session.now_ns < end_ns:
-        seen.append(session.next())
-        doubts_s.append(session.uncertainty_s(seen[-2].start_ns))
+        session.next()
+        last, seen = seen[-1], session.seen(mark)
+        doubts_s += [session.uncertainty_s(last.start_ns)] * (len(seen) - 1 - len(doubts_s))
     if len(peer.dropped) > dropped:
         raise Violation("bytes came that are no sound packet", peer.evidence(mark))
     for one in seen:
@@ -61,6 +63,28 @@ OTHER_BATTERY, OTHER_BATTERY_V = frozenset({"powerbot"}), (0.1, 25.5)
 
 STEP_V = 1.0
 """Of a battery that drives nothing. A choice: ten units of the byte."""
+
+
+@case("S90", bench_time_s=1.2)
+def test_a_standing_robot_says_so_in_every_field(peer: Peer) -> None:
+    """Listens and says nothing."""
+    session = Session(peer)
+    first, *rest = (session.first, *session.watch(1.0))
+    for one in (first, *rest):
+        sip, line = one.sip, [one.raw.hex(" ").upper()]
+        if sip.left_stall or sip.right_stall:
+            raise Violation("a stall is reported, and the motors are off", line)
+        if not one.at_rest:
+            raise Violation("the robot moves, and the motors are off", line)
+        for name in STANDING:
+            before, now = getattr(first.sip, name), getattr(sip, name)
+            if abs(now - before) > STANDING_UNITS:
+                raise Violation(f"{name} was {before} and is {now}", line)
+    session.leave()
+
+
+STANDING = ("x_raw", "y_raw", "th_raw", "control_raw")
+"""What stays where a robot stands; the counters may flicker by one."""
 
 
 @case("S20", bench_time_s=1.2)

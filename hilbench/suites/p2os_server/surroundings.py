@@ -106,13 +106,27 @@ def test_an_unused_baud_rate_is_given_up(peer: Peer) -> None:
     peer.run(0.3)
     peer.forget()
     peer.expect(Sip, SIP_WITHIN_S, what=f"SIP at {old_baud} bit/s again")
+    stays = changed or _stays(session)
     session.leave()
+    if not stays:
+        raise Violation("HOSTBAUD 2 leads to another rate than 38400 bit/s", peer.evidence())
     if not changed and peer.uncertainty_s(changed_ns) > TRIAL_S / 2:
         raise Inconclusive(
             "nothing came at 38400 bit/s, and the bench was too late for the time that a server has there"
         )
     if not changed:
         raise NotApplicable("the server does not know HOSTBAUD: nothing came at 38400 bit/s, and all went on as before")
+
+
+def _stays(session: Session) -> bool:
+    """Say whether HOSTBAUD leaves the SIPs as they were, by listening at the rate of before."""
+    session.send(_C.HOSTBAUD, 2)
+    session.peer.run(0.05)
+    mark = session.peer.mark()
+    session.peer.run(0.35)
+    stays = bool(session.peer.sips(mark))
+    session.peer.run(TRIAL_S)
+    return stays
 
 
 TRIAL_S = 0.5
@@ -123,7 +137,7 @@ TRIAL_S = 0.5
 def test_auxiliary_bytes_come_when_all_are_there(peer: Peer) -> None:
     """Once in one string and once in two, of which the first must not be enough."""
     session = Session(peer)
-    for text in ((b"AT",), (b"A", b"T")):
+    for text in ((b"AT",), (b"X", b"Y")):
         session.send(_C.GETAUX, 0)
         session.send(_C.GETAUX, 2)
         mark = peer.mark()
@@ -135,5 +149,6 @@ def test_auxiliary_bytes_come_when_all_are_there(peer: Peer) -> None:
         session.send(_C.TTY2, text[-1])
         peer.run(0.4)
         answers = [packet.encode() for _, packet in peer.since(mark, SerAuxPacket)]
-        assert answers == [b"\xb0AT"], f"{[a.hex(' ') for a in answers]} came, required one b0 41 54"
+        wanted = b"\xb0" + b"".join(text)
+        assert answers == [wanted], f"{[a.hex(' ') for a in answers]} came, required one {wanted.hex(' ')}"
     session.leave()

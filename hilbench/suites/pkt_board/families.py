@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from hilbench.check import Inconclusive, Untimely, Violation, at_most
 from hilbench.judging.uncertainty import OfTimes
 from hilbench.suites._rover import DONE_S, Rover, on_rover
-from hilbench.suites._spoiling import WrongByte, other_values, single_bits
+from hilbench.suites._spoiling import WrongByte, other_rules, other_values, single_bits
 from hilbench.suites.pkt_board._frames import BAD_CRC, SUCCESS, UNKNOWN_OPCODE, led_on_frame, require_refused
 from protocols.pkt import (
     COMMANDS,
@@ -55,14 +55,19 @@ def test_every_bit_of_a_crc_counts(rover: Rover) -> None:
     frame, rejected = led_on_frame(rover), itertools.count(1)
 
     def is_rejected(wrong: WrongByte) -> None:
+        frame_is_rejected(wrong.put_into(frame))
+
+    def frame_is_rejected(wrong: bytes) -> None:
         mark = rover.mark()
-        rover.write(wrong.put_into(frame))
+        rover.write(wrong)
         rover.require(0, next(rejected), None, BAD_CRC)
         rover.require_dark()
         rover.require_executions(mark)
 
     rover.try_members("single bits", single_bits(frame, _opcode_and_crc(frame)), is_rejected, budget=24)
     rover.try_members("wrong bytes of a CRC", other_values(frame, _crc(frame), SYNC[:1]), is_rejected, budget=24)
+    others = other_rules(frame, rover.peer.checksum())
+    rover.try_members("CRCs by another rule", others, frame_is_rejected, budget=len(others))
 
 
 @on_rover("P68", lasts_s=3.2)

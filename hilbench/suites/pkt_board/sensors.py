@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Sequence
 from itertools import pairwise
 
 from hilbench.check import Inconclusive, Violation, near, within
+from hilbench.clock import NS_PER_S
 from hilbench.suites._rover import Rover, at_power_up, on_rover
 from hilbench.systems.rover.hands import RoverBench
 from protocols.pkt import GpsReport, ImuReport, MotionReport
@@ -130,3 +132,88 @@ def test_wheels_at_power_up_as_shipped(there: RoverBench) -> None:
 def test_wheels_at_power_up(there: RoverBench) -> None:
     for report in _motions_from_power_up(there, 3.0):
         assert report.rpm == (0.0, 0.0, 0.0, 0.0), f"a 0x83 shows {report.rpm} rpm"
+        assert report.ticks == (0, 0, 0, 0), f"a 0x83 shows counts of {report.ticks}"
+
+
+SLOTS, STEADY_S = 20, 1.2
+"""Slots of a tachometer's disc (the manual's chapter on them), and until a wheel keeps its speed: a choice."""
+
+COUNTS, COUNTS_SHARE = 3.0, 0.15
+"""Tolerance: where in a slot one begins and ends, and what a speed changes by between two reports. Choices."""
+
+
+@on_rover("P83", lasts_s=6.0)
+def test_counts_follow_speeds(rover: Rover) -> None:
+    """Each pair of wheels at another speed, so that what is exchanged shows."""
+    rover.drive(0.26, 0.35)
+    rover.keep_alive(STEADY_S)
+    mark = rover.mark()
+    rover.keep_alive(2.0)
+    driven = rover.peer.since(mark, MotionReport)
+    rover.drive(0.0, 0.0)
+    rover.keep_alive(2.5)
+    if len(driven) < 2:
+        raise Violation("no two 0x83 came in 2 s", rover.peer.evidence(mark))
+    (first_got, first), (last_got, last) = driven[0], driven[-1]
+    span_s = (last_got.start_ns - first_got.start_ns) / NS_PER_S
+    doubt = rover.peer.uncertainty_s(first_got.start_ns) / span_s
+    for wheel in range(4):
+        speeds_rpm = [report.rpm[wheel] for _, report in driven]
+        if not all(0 <= rpm <= FASTEST_RPM for rpm in speeds_rpm):
+            shown = ", ".join(f"{rpm:g}" for rpm in speeds_rpm)
+            raise Violation(f"wheel {wheel + 1}, driven ahead, has speeds of {shown} rpm", rover.peer.evidence(mark))
+        if last.ticks[wheel] == first.ticks[wheel] and not any(speeds_rpm):
+            raise Inconclusive(f"wheel {wheel + 1} stands, by its speed and by its count in 0x83")
+        wanted = statistics.fmean(speeds_rpm) / 60 * SLOTS * span_s
+        near(
+            last.ticks[wheel] - first.ticks[wheel],
+            wanted,
+            COUNTS + COUNTS_SHARE * wanted,
+            unit="counts",
+            what=f"counts of wheel {wheel + 1} in {span_s:.2f} s",
+            uncertainty=doubt * wanted,
+        )
+    _require_at_rest([report for _, report in rover.peer.since(mark, MotionReport)], rover)
+    *_, one, other = (report for _, report in rover.peer.since(mark, MotionReport))
+    if one.ticks == other.ticks and any(other.rpm):
+        raise Violation(f"0x83 shows {other.rpm} rpm of wheels that count nothing", rover.peer.evidence())
+
+
+FASTEST_RPM = 1000.0
+"""A tachometer takes what is faster for a wrong pulse (manual, chapter on the tachometers)."""
+
+
+def _require_at_rest(reports: Sequence[MotionReport], rover: Rover) -> None:
+    """Require that a wheel counts nothing from one report to the next if it stands in both."""
+    for before, now in pairwise(reports):
+        for wheel in range(4):
+            risen = now.ticks[wheel] - before.ticks[wheel]
+            if not before.rpm[wheel] and not now.rpm[wheel] and abs(risen) > COUNTS:
+                text = f"wheel {wheel + 1} stands in two 0x83, and counts {risen} between them"
+                raise Violation(text, rover.peer.evidence())
+
+
+LENGTH = 1e-3
+"""How far the length of a quaternion of 32-bit floats may be off. A choice."""
+
+RANGES = {
+    "acceleration": (2 * 9.80665, "m/s^2"),
+    "rate_deg_s": (250.0, "deg/s"),
+    "field_mgauss": (49_120.0, "mG"),
+}
+"""Full scales as the firmware sets them: 2 g, 250 deg/s, 4912 uT (manual, chapter on the inertial sensor)."""
+
+TEMPERATURE_C = -40.0, 85.0
+"""In which the sensor works (PS-MPU-9250A-01, section 3.4.2)."""
+
+
+@on_rover("P84", lasts_s=2.0)
+def test_figures_of_the_inertial_sensor_are_possible(rover: Rover) -> None:
+    report = _measured(rover)
+    for field, (most, unit) in RANGES.items():
+        for axis, value in zip("xyz", getattr(report, field), strict=True):
+            within(value, -most, most, unit=unit, what=f"{field} along {axis} in 0x82")
+    within(report.temperature_c, *TEMPERATURE_C, unit="C", what="temperature in 0x82")
+    if not any(report.quaternion):
+        raise Inconclusive("0x82 has zeros for the attitude")
+    near(math.hypot(*report.quaternion), 1.0, LENGTH, unit="", what="length of the quaternion in 0x82")

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
-from hilbench.check import Inconclusive, Untimely, Violation, at_least, near, within
+from hilbench.check import Inconclusive, Untimely, Violation, at_least, at_most, near, within
 from hilbench.clock import NS_PER_S
 from hilbench.judging.uncertainty import OfTimes
-from hilbench.suites._rover import DONE_S, Counts, Rover, at_power_up, on_rover
+from hilbench.suites._rover import (
+    DONE_S,
+    MOTION_AND_COMMAND,
+    OTHER_REPORTS,
+    Counts,
+    Rover,
+    at_power_up,
+    on_rover,
+)
 from hilbench.suites.pkt_board._frames import LED_OFF, LED_ON, SUCCESS
 from hilbench.systems.rover.hands import RoverBench
 from hilbench.systems.rover.peer import READY_WITHIN_S
@@ -18,6 +27,7 @@ from protocols.pkt import (
     LedOn,
     MotionReport,
     Report,
+    ReportId,
     RequestTelemetry,
     SpeedSetpoints,
 )
@@ -230,3 +240,36 @@ def test_periodic_reports(rover: Rover) -> None:
         near_edge = sum(min(abs(at_ns - start_ns), abs(at_ns - end_ns)) <= doubt_s * NS_PER_S for at_ns in ends_ns)
         uncertain = OfTimes(near_edge) if doubt_s else 0.0
         within(count, least, most, unit="reports", what=f"0x{number:02X} in 10 s", uncertainty=uncertain)
+
+
+UNEVEN_S = 0.05
+"""How far off its time a report may be, beside what stands before it on the line. A choice: five turns of a loop."""
+
+
+@on_rover("P85", lasts_s=3.4)
+def test_periodic_reports_come_evenly(rover: Rover) -> None:
+    """From the first one on; 0x80 is left out, which is an answer, too."""
+    rover.peer.run(3.2)
+    server = rover.peer.profile.server
+    allowed_s = UNEVEN_S + rover.peer.line_s(MOTION_AND_COMMAND + OTHER_REPORTS)
+    for number, kind, ticks in (
+        (rate.report, KINDS[rate.report], rate.ticks) for rate in server.rates if rate.report in KINDS
+    ):
+        starts_ns = [got.start_ns for got, _ in rover.peer.since(0, kind)]
+        if len(starts_ns) < 2:
+            raise Untimely(f"no two 0x{number:02X} came", rover.peer.evidence(), spare_s=1.0)
+        spans_s = [(after - before) / NS_PER_S for before, after in pairwise(starts_ns)]
+        at_most(
+            max(abs(span_s - ticks / server.tick_hz) for span_s in spans_s),
+            allowed_s,
+            unit="s",
+            what=f"time between two 0x{number:02X} that is farthest off",
+            uncertainty=rover.peer.uncertainty_s(starts_ns[0]),
+        )
+
+
+KINDS: Mapping[ReportId, type[Report]] = {
+    ReportId.IMU: ImuReport,
+    ReportId.MOTION: MotionReport,
+    ReportId.GPS: GpsReport,
+}

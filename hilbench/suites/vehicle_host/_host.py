@@ -12,6 +12,7 @@ from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError, UnavailableError
 from hilbench.systems.vehicle.car_simulator import CarSimulator, Published
 from hilbench.systems.vehicle.cases import CarHostCase
+from hilbench.systems.vehicle.told_car import ToldCar
 from protocols.carla import BAUD, VECTORS, AckermannCommand, ManualCommand, decode_command
 from protocols.carla.clauses import HOST_CLAUSES
 from targets.robots.car_host import CarState
@@ -43,7 +44,7 @@ START_WITHIN_S = 10.0
 """How long a program may take to its first byte. A choice: a busy machine starts an interpreter in two."""
 
 UNDERSTAND_S = 0.1
-"""Until a frame that is complete is understood: five polls. A choice."""
+"""Until a frame that is complete is understood, and that is told: five polls. A choice."""
 
 STOP_WITHIN_S = 0.5
 
@@ -67,15 +68,26 @@ class Host:
         self.bench = there.bench
 
     @property
-    def own(self) -> CarSimulator:
-        """Ours, which tells what its car is commanded.
+    def own(self) -> CarSimulator | ToldCar:
+        """Ours, or a foreign one that tells what its car is commanded.
 
         Raises:
-            InternalError: it is a foreign one, and the case has not said that it needs ours.
+            InternalError: it is one that does not, and the case has not said that it has to.
         """
         if self.there.client.own is None:
             raise InternalError("the case needs to see the car and has not said so")
         return self.there.client.own
+
+    @property
+    def ours(self) -> CarSimulator:
+        """Ours.
+
+        Raises:
+            InternalError: it is a foreign one, and the case has not said that it needs ours.
+        """
+        if not isinstance(self.own, CarSimulator):
+            raise InternalError("the case needs our own simulator's side and has not said so")
+        return self.own
 
     @property
     def commanded(self) -> list[Published]:
@@ -149,7 +161,7 @@ def host(bench: CarHostCase) -> Host:
     """The simulator's side, begun."""
     bench.client.start()
     board = bench.board
-    if bench.client.own is None:
+    if not isinstance(bench.client.own, CarSimulator):
         heard = board.bench.run_until(lambda: board.bytes_received > 0 or bool(bench.client.ended()), START_WITHIN_S)
         if not heard:
             raise Untimely(f"nothing came within {START_WITHIN_S:g} s of its start", spare_s=START_WITHIN_S / 2)

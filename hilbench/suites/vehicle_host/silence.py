@@ -35,7 +35,7 @@ CHUNK_BYTES = 2000
 def test_a_port_that_is_gone_goes_on_commanding(host: Host) -> None:
     host.say(F1)
     start = len(host.published)
-    host.own.read_error(failing=True)
+    host.ours.read_error(failing=True)
     host.board.run(0.41)
     again = host.published[start:]
     near(len(again), 21, 2, unit="commands", what="handed on again in 0.41 s")
@@ -45,8 +45,8 @@ def test_a_port_that_is_gone_goes_on_commanding(host: Host) -> None:
 @on_host("VS11H", lasts_s=1.2)
 def test_a_port_that_is_gone_stops_the_car(host: Host) -> None:
     host.say(F1)
-    host.own.read_error(failing=True)
-    if not host.own.host.connection.counters.read_errors:
+    host.ours.read_error(failing=True)
+    if not host.ours.host.connection.counters.read_errors:
         raise Inconclusive("no read of the port fails")
     host.board.run(1.0)
     host.require(ACKERMANN, AckermannCommand())
@@ -105,9 +105,9 @@ def test_whatever_comes(host: Host) -> None:
     chance = random.Random(host.there.case.seed)
     host.own.report_by_hand()
     for _ in range(RANDOM_BYTES // CHUNK_BYTES):
-        host.own.hear(chance.randbytes(CHUNK_BYTES))
-        host.board.run(host.own.backlog_s + POLL_S)
-    counters = host.own.host.connection.counters
+        host.ours.hear(chance.randbytes(CHUNK_BYTES))
+        host.board.run(host.ours.backlog_s + POLL_S)
+    counters = host.ours.host.connection.counters
     record_measure("frames believed in a million random bytes", float(counters.frames_in), "frames")
     before = len(host.commands)
     for _ in range(3):  # the first may end what was begun

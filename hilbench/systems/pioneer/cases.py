@@ -162,7 +162,7 @@ class VirtualCase(CaseBase):
         """Return our own devices' ends of the protocol, as far as the case built them: what it tested."""
         tested = [self.pioneer.robot.connection] if "pioneer" in self.__dict__ else []
         client = self.client.own if "client" in self.__dict__ else None
-        return tested if client is None else [*tested, client.connection]
+        return [*tested, client.connection] if isinstance(client, P2osClient) else tested
 
     def commands_seen(self) -> frozenset[tuple[int, str]] | None:
         """Return the commands the robot got, each with what became of it; None if there is no robot."""
@@ -170,7 +170,7 @@ class VirtualCase(CaseBase):
 
     def _machines_seen(self) -> Mapping[str, Observed]:
         own = self.client.own if "client" in self.__dict__ else None
-        client: dict[str, Observed] = {} if own is None else {"client": own.connection}
+        client: dict[str, Observed] = {"client": own.connection} if isinstance(own, P2osClient) else {}
         return client | ({"robot": self.pioneer.robot.connection} if "pioneer" in self.__dict__ else {})
 
     def _lines_seen(self) -> Mapping[str, Port]:

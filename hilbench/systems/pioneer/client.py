@@ -6,7 +6,7 @@ other is named.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from hilbench.bench import Bench
 from hilbench.bench.devices import ClientDevice, DeviceActor
@@ -71,6 +71,7 @@ class P2osClient:
         config: the robot's configuration; None if it did not tell.
         failure: why connecting failed, or why the connection was lost; empty if neither happened.
         pose: where the robot is by its own odometry, unwrapped; None before the session.
+        on_event: called after each event of the connection.
     """
 
     def __init__(
@@ -84,6 +85,7 @@ class P2osClient:
         self.config: ConfigPacket | None = None
         self.failure = ""
         self.pose: PoseTracker | None = None
+        self.on_event: Callable[[], None] = lambda: None
         self._device = _RateChangingDevice(self.connection, port)
         self._actor = DeviceActor(bench, self._device, port, name="client", on_event=self._take)
 
@@ -169,6 +171,7 @@ class P2osClient:
                 self._begin(event)
             case ConnectFailed(reason=reason) | ConnectionLost(reason=reason):
                 self.failure = str(reason)
+        self.on_event()
 
     def _begin(self, connected: Connected) -> None:
         self.identification = connected.identification

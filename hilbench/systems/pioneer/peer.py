@@ -40,7 +40,8 @@ class Peer(LinePeer[ServerPacket]):
 
     REPLY_WITHIN_S = REPLY_WITHIN_S
 
-    def _checksum(self) -> Checksum:
+    def checksum(self) -> Checksum:
+        """See `LinePeer`."""
         return checksum(NoOptions())
 
     def _decoder(self, sent: bool) -> Decoder:

@@ -27,6 +27,7 @@ from hilbench.systems.pioneer.observing import VirtualObserver
 from hilbench.systems.pioneer.peer import Peer
 from hilbench.systems.pioneer.robot import PioneerPlan, plan_of
 from hilbench.systems.pioneer.scripted import ScriptedServer
+from hilbench.systems.pioneer.told_client import TOLD_CAPABILITIES, ToldClient
 from hilbench.systems.pioneer.under_test import OWN_CAPABILITIES
 
 __all__ = [
@@ -38,7 +39,13 @@ __all__ = [
 
 VIRTUAL_CAPABILITIES = frozenset({"P2OS", "server", "hangup", "reopen", "baud", "truth"}) | OWN_CAPABILITIES
 _SERVER_CAPABILITIES = frozenset({"P2OS", "server", "reopen"})
-P2OS_SERVER = FarEnd(serve=ScriptedServer, case=ForeignClientCase, capabilities=frozenset({"P2OS"}))
+P2OS_SERVER = FarEnd(
+    serve=ScriptedServer,
+    case=ForeignClientCase,
+    capabilities=frozenset({"P2OS"}),
+    told=ToldClient,
+    told_capabilities=TOLD_CAPABILITIES,
+)
 
 
 class VirtualProvider:

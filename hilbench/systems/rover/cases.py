@@ -19,6 +19,7 @@ from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.systems.rover.about import about_pkt
 from hilbench.systems.rover.client import HostUnderTest
+from hilbench.systems.rover.ground_station import GroundStation
 from hilbench.systems.rover.hands import ModelHands, OperatorHands, RoverHands
 from hilbench.systems.rover.peer import RoverPeer
 from hilbench.systems.rover.scripted import ScriptedRover
@@ -131,7 +132,7 @@ class HostCase(CaseBase):
 
     def _machines_seen(self) -> Mapping[str, Observed]:
         own = self.client.own
-        return {} if own is None else {"station": own.connection}
+        return {"station": own.connection} if isinstance(own, GroundStation) else {}
 
     def _ends(self) -> Mapping[str, LineEnd]:
         return {"host": self.rover}

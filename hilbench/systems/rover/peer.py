@@ -67,7 +67,8 @@ class RoverPeer(LinePeer[Report]):
     def _options(self) -> DecodeOptions:
         return DecodeOptions(framing=self.profile.server.frames.framing, schema=self.profile.server.schema)
 
-    def _checksum(self) -> Checksum:
+    def checksum(self) -> Checksum:
+        """See `LinePeer`."""
         return checksum(self._options)
 
     def _decoder(self, sent: bool) -> Decoder:

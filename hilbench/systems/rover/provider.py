@@ -30,6 +30,7 @@ from hilbench.systems.rover.hands import HANDS, REOPEN, OperatorHands
 from hilbench.systems.rover.observing import RoverObserver
 from hilbench.systems.rover.peer import RoverPeer
 from hilbench.systems.rover.scripted import ScriptedRover
+from hilbench.systems.rover.told_station import TOLD_CAPABILITIES, ToldStation
 from protocols.pkt import PROFILES, Profile, ReportId
 from targets.robots.rover import PROFILE_NAMES, RoverSettings
 
@@ -169,7 +170,13 @@ def foreign_host(shared: Shared) -> FarEnd:
     def serve(bench: Bench, port: Port) -> ScriptedRover:
         return ScriptedRover(bench, port, PROFILES[profile])
 
-    return FarEnd(serve=serve, case=HostCase, capabilities=frozenset({"PKT!", f"program '{profile}'"}))
+    return FarEnd(
+        serve=serve,
+        case=HostCase,
+        capabilities=frozenset({"PKT!", f"program '{profile}'"}),
+        told=lambda bench, port: ToldStation(bench, port, PROFILES[profile]),
+        told_capabilities=TOLD_CAPABILITIES,
+    )
 
 
 def _settings_of(shared: Shared) -> RoverSettings:

@@ -10,14 +10,13 @@ from dataclasses import dataclass
 
 from hilbench.bench import Bench
 from hilbench.bench.devices import DeviceActor
-from hilbench.bench.under_test import OwnUnderTest, UnderTest
+from hilbench.bench.under_test import OwnUnderTest
 from hilbench.links import Port
 from protocols.carla import AckermannCommand, LocalProtocolError, ManualCommand, SimulatorReader
 from targets.robots.car_host import CarCommanded, CarHost, CarHostSettings, CarState
 
 __all__ = [
     "OWN_HOST_CAPABILITIES",
-    "CarHostUnderTest",
     "CarSimulator",
     "HostFactory",
     "OwnCarHost",
@@ -138,10 +137,6 @@ class CarSimulator:
             published = Published(ns=now_ns, command=event.command, mode=event.mode, by_node=event.by_node)
             self.published.append(published)
             self.on_published(published)
-
-
-CarHostUnderTest = UnderTest[CarSimulator]
-"""A simulator's side that can be made to speak to its board."""
 
 
 class OwnCarHost(OwnUnderTest[CarSimulator]):

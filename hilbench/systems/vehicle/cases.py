@@ -14,17 +14,19 @@ from hilbench.bench.line_faults import LineFaults, plan_for
 from hilbench.bench.line_peer import LinePeer
 from hilbench.bench.shared import Shared
 from hilbench.bench.state_reporter import Observed, Senses
+from hilbench.bench.under_test import UnderTest
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.systems.vehicle.about import about_vehicle_lines
 from hilbench.systems.vehicle.board_views import BOARD_SENSES, LINK_SENSES, BoardLink, BoardModes, ControlTask
-from hilbench.systems.vehicle.car_simulator import CarHostUnderTest, CarSimulator, HostFactory, OwnCarHost, make_host
+from hilbench.systems.vehicle.car_simulator import CarSimulator, HostFactory, OwnCarHost, make_host
 from hilbench.systems.vehicle.hands import ModelHands, VehicleHands
 from hilbench.systems.vehicle.micro_ros_peer import stack_peer
 from hilbench.systems.vehicle.micro_ros_settings import MicroRosSettings
 from hilbench.systems.vehicle.simulator_peer import BoardPeer, SimulatorPeer
 from hilbench.systems.vehicle.stack_peer import StackPeer
+from hilbench.systems.vehicle.told_car import ToldCar
 from protocols.carla import BAUD
 from targets.robots.car_host import CarHostSettings
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
@@ -185,7 +187,7 @@ class CarHostCase(CaseBase):
         bench: Bench,
         case: CaseInfo,
         board: BoardPeer,
-        client: CarHostUnderTest,
+        client: UnderTest[CarSimulator | ToldCar],
         faults: LineFaults | None = None,
     ) -> None:
         super().__init__(bench, case, faults)

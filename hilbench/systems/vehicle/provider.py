@@ -45,6 +45,7 @@ from hilbench.systems.vehicle.micro_ros_settings import MicroRosSettings
 from hilbench.systems.vehicle.observing import VehicleObserver
 from hilbench.systems.vehicle.simulator_peer import BoardPeer, SimulatorPeer
 from hilbench.systems.vehicle.stack_peer import StackPeer
+from hilbench.systems.vehicle.told_car import TOLD_CAPABILITIES, ToldCar
 from hilbench.terminal.options import TargetChoice
 from protocols.carla import BAUD
 from targets.robots.vehicle_interface import PROFILE_NAMES, SIMULATOR_LINE, STACK_LINE, VehicleSettings
@@ -325,7 +326,11 @@ def foreign_simulator(shared: Shared) -> FarEnd:
     """Return what a foreign simulator's side finds at the far end of its line."""
     profile = car_host_settings(shared.bench_file).profile
     return FarEnd(
-        serve=BoardPeer, case=CarHostCase, capabilities=frozenset({"CARLA", "simulator", f"program '{profile}'"})
+        serve=BoardPeer,
+        case=CarHostCase,
+        capabilities=frozenset({"CARLA", "simulator", f"program '{profile}'"}),
+        told=ToldCar,
+        told_capabilities=TOLD_CAPABILITIES,
     )
 
 

@@ -25,7 +25,9 @@ receives. What stands around every message is changed in all of them at once.
 
 Every mutant is run in virtual time, *at a port*, where the bench can do what a bench with a port can, and *as a model*,
 where it can do everything; in both against the cases in which it does anything that the right peer does not, and until
-the first of them fails. A case that breaks down counts as well. Any protocol of a plug-in gets the same:
+the first of them fails. A case that breaks down counts as well. A host at a port is one that
+[tells what it understood](checks.md#a-client-that-tells-what-it-understood); of one that does not, only what it sends
+is judged, and most of its faults do not show. Any protocol of a plug-in gets the same:
 `python -m measure.mutants.derived --bench FILE --protocol NAME`.
 
 The score is the share of the mutants that were found, less the equivalent ones. *Without effect* are those with which

@@ -19,7 +19,7 @@ EQUIVALENT = "equivalent"
 
 _CONSTANT = "unasked: in no case of the suites does the field have two values"
 _NEVER = "unasked: no case of the suites has a frame with which it does anything else than the right peer"
-_EVENLY = "unasked: P30 counts the reports of 10 s; no clause asks how evenly they come, or in which order"
+_EVENLY = "unasked: P30 and P85 ask how many reports come, and how evenly: one may always be late by the same time"
 _ON_STAND = (
     "elsewhere: the rover of this bench stands on a stand, and its readings never change; R14 to R22 and R27 of "
     "rover-motion are for them, on a board with a body in a world, where these mutants were not run"
@@ -97,28 +97,21 @@ REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
             ),
             (r"hears:HOSTBAUD:", "unasked: HOSTBAUD is not of P2OS but of later firmware"),
             (
-                r"says:Sip:(analog|digin)",
-                "unasked: nothing is connected to the inputs; no clause asks what they read",
+                r"hears:SETO:doubled",
+                f"{EQUIVALENT}: S33, 'SETO makes here the origin', and the second one comes at the same place",
             ),
             (r"says:(Encoder|Io)Packet:reordered", "unasked: no clause asks in which order packets come"),
             (
                 r"says:ConfigPacket:",
-                "unasked: S42 asks that CONFIG is answered and can be read; no clause asks what its figures are",
+                "unasked: a figure of the robot's FLASH that nothing else shows: another robot may have this one",
             ),
-            (r"says:Sip:doubled", "unasked: no clause asks that a SIP comes once"),
-            (r"hears:CONFIG:argument", "unasked: S42 sends CONFIG with 1 and without argument, and no other"),
-            (r"hears:DIGOUT:", "unasked: S47 sets the outputs once; what a second DIGOUT does is not looked at"),
-            (r"hears:D?C?HEAD:argument", "unasked: a degree is 11.4 units, and S28 allows 12"),
-            (r"hears:SETR?A:argument:(plus|minus)", "unasked: 1 mm/s^2 or degree/s^2 is less than what S32 can tell"),
-            (r"hears:SETRA:", "unasked: S32 asks for the slope that SETA sets; none asks for that of SETRA"),
-            (r"hears:SETR?V:", "unasked: SETV and SETRV bring the robot back to where a case may begin"),
+            (r"hears:CONFIG:argument", "unasked: no source says what CONFIG does with another argument than 1"),
             (r"hears:\w+:(late|doubled|reordered)", "unasked: the case looks only at what is so in the end"),
         ),
         "p2os-client": (
             (r"SYNC1_SENT/ECHO0", "unasked: the answer that does not come is asked for again, as C05 and C11 allow"),
-            (r"hears:Sip:y_raw", "unasked: clauses look at x of a robot that moves, and at y of one that rests"),
-            (r"says:(CONFIG|ENABLE):argument", "unasked: no clause asks for this argument of a client's command"),
-            (r"says:.*:reordered", "unasked: no clause asks in which order a client says these commands"),
+            (r"says:CONFIG:argument", "unasked: no clause asks for this argument of a client's command"),
+            (r"says:.*:early", "unasked: C33 asks how soon a command is sent, and the one behind it is said instead"),
             (r"KEEPALIVE:halved", f"{EQUIVALENT}: C22, 'some packet at least every 1 s'"),
             (
                 r"OPEN/RESET",
@@ -129,14 +122,6 @@ REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
                 "unasked: the next SIP, 100 ms later, makes up for it; no clause asks for CLOSE at once",
             ),
             (r"hears:ConfigPacket:doubled", "unasked: no clause asks what a second CONFIG changes"),
-            (
-                r"hears:ConfigPacket:",
-                "unasked: C18 asks for some figures of a short CONFIG; none asks that the others are shown",
-            ),
-            (
-                r"hears:Sip:analog",
-                "unasked: C15 reads one SIP of each length, and the analog input has one value there",
-            ),
         ),
         "carla-host": (
             (

@@ -22,13 +22,17 @@ from hilbench.errors import UsageError
 from hilbench.journal import Journal
 from hilbench.judging.provider import BenchProvider
 from hilbench.links import Line, MemoryLink, Port
+from hilbench.links.memory import MemoryPort
 from hilbench.links.serial_target import SerialTarget
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.protocol_bench.system import system_of
 from hilbench.systems.pioneer.client import P2osClient
+from hilbench.systems.pioneer.told_client import ClientTeller
 from hilbench.systems.rover.ground_station import GroundStation
+from hilbench.systems.rover.told_station import StationTeller
 from hilbench.systems.vehicle.car_simulator import CarSimulator
+from hilbench.systems.vehicle.told_car import CarTeller
 from hilbench.terminal.options import TargetChoice
 from hilbench.through import Routes
 from measure.mutants.derived.fields import Reading
@@ -41,6 +45,8 @@ __all__ = ["SUBJECTS", "MakeRelay", "Subject", "bench_of", "opened"]
 
 Program = Callable[[Bench, Port], Any]
 """Makes a host that can `connect` and `disconnect`."""
+Tell = Callable[[Bench, Any, Port], object]
+"""Puts what tells of a host, and hands on what it is told, at the host's end of a line."""
 MakeRelay = Callable[[Scheduler, Port], Port]
 """Puts a relay in front of a checker's end of a line."""
 
@@ -61,6 +67,7 @@ class Subject:
         machines: which state machines on its benches are its own, by the names of their states; all if empty.
         ports: what stands for it on a command line where it is somebody else's; no such bench if empty.
         program: makes the host that somebody else would start, at a port; where it is the host's side.
+        tell: has it tell what it understood on a line of its own, as a host may that is written to be checked.
     """
 
     name: str
@@ -74,6 +81,7 @@ class Subject:
     machines: frozenset[str] = frozenset()
     ports: tuple[TargetChoice, ...] = (TargetChoice(spec="serial:/dev/none"),)
     program: Program | None = None
+    tell: Tell | None = None
 
     @property
     def record(self) -> ProtocolPlugin:
@@ -96,7 +104,7 @@ class Subject:
 
 _ENDS_WITHIN_NS = 1_500 * NS_PER_MS
 """How long a program that is interrupted goes on (choice): longer than it takes leave, shorter than it may take."""
-_STARTED = (TargetChoice(spec="exec:client {port}"),)
+_TELLING = (TargetChoice(spec="exec:client {port} {report}"),)
 
 
 def _ground_station(bench: Bench, port: Port) -> GroundStation:
@@ -130,7 +138,8 @@ SUBJECTS = {
             suites=("pkt-host",),
             of_host=True,
             program=_ground_station,
-            ports=_STARTED,
+            tell=StationTeller,
+            ports=_TELLING,
         ),
         Subject(
             name="p2os-server", title="P2OS server", protocol="p2os", bench="pioneer-plane", suites=("p2os-server",)
@@ -143,7 +152,8 @@ SUBJECTS = {
             suites=("p2os-client",),
             of_host=True,
             program=_p2os_client,
-            ports=_STARTED,
+            tell=ClientTeller,
+            ports=_TELLING,
         ),
         Subject(
             name="carla-board",
@@ -168,7 +178,8 @@ SUBJECTS = {
             of_host=True,
             machines=frozenset({"LinkState"}),
             program=_car_simulator,
-            ports=_STARTED,
+            tell=CarTeller,
+            ports=_TELLING,
         ),
     )
 }
@@ -235,16 +246,19 @@ def opened(subject: Subject, relay: MakeRelay, *, at_port: bool, through: str = 
 class _Started:
     """A host as somebody else's program that is started for each case, in virtual time."""
 
-    own = None
-
-    def __init__(self, provider: Any, program: Program) -> None:
+    def __init__(self, provider: Any, subject: Subject) -> None:
         self._provider = provider
-        self._program = program
+        self._subject = subject
         self._host: Any = None
+        self.own = provider._told()
 
     def start(self) -> None:
         """Begin to connect."""
-        self._host = self._program(self._provider._bench, self._provider._far)
+        program, bench = self._subject.program, self._provider._bench
+        assert program is not None
+        self._host = program(bench, self._provider._far)
+        if self._subject.tell is not None:
+            self._subject.tell(bench, self._host, self._provider._far_report)
         self._host.connect()
 
     def ended(self) -> str:
@@ -266,18 +280,34 @@ class _Started:
 def _started_in_bench_time(subject: Subject) -> Iterator[None]:
     """Put a host of ours in the place of a program that would be started, in virtual time."""
 
-    def open_door(provider: Any) -> tuple[Port, str]:
+    def open_line(provider: Any) -> tuple[Port, str]:
         bench_file = provider._shared.bench_file
         link = MemoryLink(provider._scheduler, Line(baud=bench_file.links[0].baud), name="host")
         provider._far = link.b
         return link.a, link.a.name
 
-    def client(provider: Any) -> _Started:
-        assert subject.program is not None
-        return _Started(provider, subject.program)
+    def open_report(provider: Any) -> Port:
+        link = MemoryLink(provider._scheduler, Line(baud=0), name="report")
+        provider._far_report = link.b
+        return link.a
 
-    with patch.object(ExecProvider, "_open_door", open_door), patch.object(ExecProvider, "_client", client):
+    def client(provider: Any) -> _Started:
+        return _Started(provider, subject)
+
+    with (
+        patch.object(ExecProvider, "_open_line", open_line),
+        patch.object(ExecProvider, "_open_report", open_report),
+        patch.object(ExecProvider, "_client", client),
+    ):
         yield
+
+
+def _open_again(link: MemoryLink, scheduler: Scheduler) -> None:
+    """Put a fresh end in the place of one that was closed; the other end notices."""
+    link.a = MemoryPort(scheduler, link.a.name, link.line, tx_depth=None, injector=None)
+    link.a.join(link.b)
+    link.b.join(link.a)
+    link.b.line_changed(True)
 
 
 @contextlib.contextmanager
@@ -293,7 +323,10 @@ def _in_bench_time(bench_file: BenchFile) -> Iterator[None]:
                 links[name] = MemoryLink(provider._scheduler, Line(baud=baud), name=name)
             ends.append(served.make(provider._bench, {name: link.b for name, link in links.items()}))
         wanted = target.url.rpartition("/")[2]
-        return next((link.a for name, link in links.items() if name.endswith(wanted)), next(iter(links.values())).a)
+        link = next((link for name, link in links.items() if name.endswith(wanted)), next(iter(links.values())))
+        if link.a.closed:
+            _open_again(link, provider._scheduler)
+        return link.a
 
     with (
         patch.object(LockedProvider, "_lock", lambda _provider: None),

@@ -12,8 +12,9 @@ CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="Each bit of a CRC counts",
         text=(
-            "LED_ON with one bit of its opcode or CRC turned, each of the 24, or with another value in one byte of the "
-            "CRC: each time one more is rejected, ERR 3, nothing accepted, the LED not changed, no 0x81."
+            "LED_ON with one bit of its opcode or CRC turned, each of the 24, with another value in one byte of the "
+            "CRC, or with a CRC by another rule: each time one more is rejected, ERR 3, nothing accepted, the LED not "
+            "changed, no 0x81."
         ),
         sources=(DOCUMENT, f"{DECODER} handle_pkt_state_expecting_crc2: both bytes are compared"),
         profiles=ALL,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from protocols.pkt.board_clauses._common import DOCUMENTED, G2_ALONE, SUITE
-from protocols.pkt.clause import G2, G2_IMU, G2_MEDIAN, MANUAL, Clause
+from protocols.pkt.clause import CHOICE, G2, G2_IMU, G2_MEDIAN, MANUAL, Clause
 
 CLAUSES: tuple[Clause, ...] = (
     Clause(
@@ -107,10 +107,42 @@ CLAUSES: tuple[Clause, ...] = (
         suite=SUITE,
         level="must",
         title="Wheels at rest are at rest",
-        text="With the wheels at rest, no 0x83 after power-up shows another speed than 0.",
+        text="With the wheels at rest, no 0x83 after power-up shows another speed or count than 0.",
         sources=(f"{MANUAL}, 0x83",),
         profiles=DOCUMENTED,
         needs=("server", "boot"),
         by_hand=True,
+    ),
+    Clause(
+        id="P83",
+        suite=SUITE,
+        level="must",
+        title="The counts follow the speeds",
+        text=(
+            "Throttles of 0.26 and 0.35: in 2 s the count of each wheel rises by 20 for each turn that its speeds in "
+            "0x83 stand for, which are from 0 to 1000 rpm, within 3 and 15 %. From one 0x83 to the next a wheel whose "
+            "speed is 0 in both counts no more than 3. 2.5 s behind throttles of 0 wheels that count nothing have "
+            "speeds of 0."
+        ),
+        sources=(f"{MANUAL}, 0x83 and the tachometers: 20 slots", CHOICE + " how near"),
+        profiles=DOCUMENTED,
+        needs=("server",),
+    ),
+    Clause(
+        id="P84",
+        suite=SUITE,
+        level="must",
+        title="0x82 has figures that its sensor can have",
+        text=(
+            "Accelerations within 2 g, rates within 250 deg/s, the field within 4912 uT, the temperature from -40 to "
+            "85 C; the quaternion has the length 1 within 0.001."
+        ),
+        sources=(
+            f"{G2_IMU}/mpu9250.cpp: full scales",
+            "PS-MPU-9250A-01, section 3.4.2",
+            "a rotation is a quaternion of length 1",
+        ),
+        profiles=DOCUMENTED,
+        needs=("server",),
     ),
 )

@@ -176,4 +176,17 @@ CLAUSES: tuple[Clause, ...] = (
         needs=("server", "boot"),
         by_hand=True,
     ),
+    Clause(
+        id="P85",
+        suite=SUITE,
+        level="must",
+        title="Reports come evenly",
+        text=(
+            "From the first one on, 3.2 s without a command: each 0x83 comes 0.25 s and each 0x82 and 0x84 1 s behind "
+            "the one before it, within 50 ms and the time that the reports before it take on the line."
+        ),
+        sources=(f"{MANUAL}, table of tasks: each report has its period", CHOICE + " how far off one may be"),
+        profiles=DOCUMENTED,
+        needs=("server",),
+    ),
 )

@@ -5,7 +5,8 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hilbench.suites._spoiling import other_values, single_bits
+from hilbench.suites._spoiling import other_rules, other_values, single_bits
+from protocols.pkt.decoding import DecodeOptions, checksum
 
 NAMES = {1: "the mark", 3: "the sum"}
 
@@ -29,3 +30,13 @@ def test_members_say_what_is_wrong():
 
 def test_some_values_are_left_out():
     assert all(wrong.value != 0xFA for _, wrong in other_values(bytes(4), NAMES, b"\xfa"))
+
+
+def test_other_rules_make_frames_that_are_sound_but_for_their_checksum():
+    rule = checksum(DecodeOptions())
+    frame = rule.mended(bytes.fromhex("504B542106800102030405 0000 0A".replace(" ", "")))
+    others = other_rules(frame, rule)
+    assert len({what for what, _ in others}) == len(others) == 4
+    for _, wrong in others:
+        assert wrong != frame
+        assert rule.mended(wrong) == frame

@@ -1,0 +1,57 @@
+"""The line on which a client under test says what it understood, and hears what it is to do: JSON, one object a line.
+
+A client that was written to be checked opens a second port for it, beside the one of its robot (``{report}`` in
+``exec:COMMAND``). What the objects say is the business of a system.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from hilbench.links import Port
+
+__all__ = ["REPORT", "ReportLine"]
+
+REPORT = "report"
+"""What stands in braces where a command wants the path of this line."""
+
+
+class ReportLine:
+    """One end of it, the checker's or the client's.
+
+    Args:
+        port: of this line alone.
+        take: called with each object that comes.
+
+    Attributes:
+        senseless: the first line that came and is no object; empty if all were.
+    """
+
+    def __init__(self, port: Port, take: Callable[[Mapping[str, Any]], None]) -> None:
+        self.senseless = ""
+        self._port = port
+        self._take = take
+        self._rest = b""
+        port.on_receive = self._hear
+
+    def say(self, said: Mapping[str, object]) -> None:
+        """Send an object; a float that is no number, or none that is finite, goes as Python's `json` writes it."""
+        self._port.write(json.dumps(said).encode() + b"\n")
+
+    def _hear(self, data: bytes, _at_ns: int) -> None:
+        *lines, self._rest = (self._rest + data).split(b"\n")
+        for line in lines:
+            if line.strip():
+                self._read(line)
+
+    def _read(self, line: bytes) -> None:
+        try:
+            said = json.loads(line)
+        except ValueError:
+            said = None
+        if isinstance(said, dict):
+            self._take(said)
+        else:
+            self.senseless = self.senseless or line[:80].decode("utf-8", "replace")

@@ -1,0 +1,115 @@
+"""Clients that tell on a line of their own what they understood: they are judged as ours are, and nonsense is found."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from hilbench.bench import Bench
+from hilbench.bench.client_under_test import EXEC_CAPABILITIES
+from hilbench.bench.locked_providers import ExecProvider, FarEnd
+from hilbench.bench.report_line import ReportLine
+from hilbench.bench.shared import Shared
+from hilbench.benchfile.reader import open_bench
+from hilbench.check import CheckOptions, Verdict, Violation, run_suites
+from hilbench.check.bench_provider import make_provider
+from hilbench.clock import Scheduler
+from hilbench.errors import UsageError
+from hilbench.journal import Journal
+from hilbench.links import Line, MemoryLink
+from hilbench.systems.pioneer.cases import ForeignClientCase
+from hilbench.systems.pioneer.scripted import ScriptedServer
+from hilbench.systems.pioneer.told_client import ToldClient
+from hilbench.systems.rover.told_station import ToldStation
+from hilbench.systems.vehicle.told_car import ToldCar
+from hilbench.terminal.options import TargetChoice
+from measure.mutants.derived.subjects import SUBJECTS, opened
+from protocols.pkt import PROFILES, ClientState, GeneralReport, PacketTotals
+
+OF_OURS_ALONE = {
+    "pkt-host": {"P36", "P37", "P54", "P55"},
+    "p2os-client": {"C27"},
+    "carla-host": {"VS11H", "VS18", "VS19", "VS25"},
+}
+"""By subject the clauses that ask for more: a client of another profile, its rates, its own end of the port."""
+
+
+@pytest.mark.slow("three suites of a client, in bench time")
+@pytest.mark.parametrize("name", OF_OURS_ALONE)
+def test_a_client_that_tells_is_judged_as_ours_is(name):
+    subject = SUBJECTS[name]
+    options = CheckOptions(bench=subject.bench, suites=subject.suites, select=subject.select)
+    with opened(subject, lambda _scheduler, port: port, at_port=True) as provider:
+        report = run_suites(options, provider)
+    verdicts = {clause.id: clause.verdict for clause in report.clauses}
+    assert {clause for clause, verdict in verdicts.items() if verdict is Verdict.NOT_APPLICABLE} == OF_OURS_ALONE[name]
+    assert set(verdicts.values()) == {Verdict.PASS, Verdict.NOT_APPLICABLE}
+
+
+def line():
+    scheduler = Scheduler()
+    link = MemoryLink(scheduler, Line(baud=0), name="report")
+    bench = Bench(scheduler, Journal())
+
+    def say(*lines):
+        link.b.write(b"".join(line if isinstance(line, bytes) else json.dumps(line).encode() + b"\n" for line in lines))
+        bench.run_for(0.01)
+
+    return bench, link.a, say
+
+
+def test_lines_in_pieces_are_put_together():
+    _bench, port, say = line()
+    came = []
+    end = ReportLine(port, came.append)
+    say(b'{"a": ', b"1}\n\n", {"b": [2]}, b'{"c"')
+    assert came == [{"a": 1}, {"b": [2]}]
+    assert not end.senseless
+    say(b"}\n", b"[1]\n")
+    assert end.senseless == '{"c"}'
+
+
+def test_a_station_is_known_by_what_it_tells():
+    bench, port, say = line()
+    station = ToldStation(bench, port, PROFILES["documented"])
+    say({"report": "GeneralReport", "accepted": 7, "rejected": 1}, {"state": "LINKED"})
+    say({"totals": {"accepted": 300, "rejected": 2}})
+    assert station.counts[GeneralReport] == 1
+    assert station.latest[GeneralReport].report == GeneralReport(accepted=7, rejected=1)
+    assert station.state is ClientState.LINKED
+    assert station.totals == PacketTotals(accepted=300, rejected=2)
+
+
+@pytest.mark.parametrize(
+    "nonsense",
+    [b"hello\n", {"report": "Nothing"}, {"report": "GeneralReport", "accepted": "many"}, {"state": "LOUD"}],
+)
+def test_nonsense_of_a_station_is_its_own_fault(nonsense):
+    bench, port, say = line()
+    station = ToldStation(bench, port, PROFILES["documented"])
+    say(nonsense)
+    with pytest.raises(Violation, match="makes no sense"):
+        _ = station.counts
+
+
+@pytest.mark.parametrize(("make", "look"), [(ToldClient, "sips"), (ToldCar, "published")])
+def test_nonsense_of_others_too(make, look):
+    bench, port, say = line()
+    told = make(bench, port)
+    say({"sip": {}, "commanded": "Nothing"})
+    with pytest.raises(Violation, match="makes no sense"):
+        getattr(told, look)
+
+
+def test_who_has_a_line_for_it_can_be_asked_and_told():
+    target = TargetChoice(spec="exec:station {pty} {report}")
+    provider = make_provider(CheckOptions(bench="rover-model", targets=(target,)))
+    told = {"client.report", "client.commands"}
+    assert provider.capabilities == {"PKT!", "program 'documented'", *EXEC_CAPABILITIES, *told}
+
+
+def test_a_line_that_nobody_understands_is_refused():
+    shared = Shared(bench_file=open_bench("pioneer"), timeout_scale=1.0, journal=Journal())
+    with pytest.raises(UsageError, match="nobody here would understand"):
+        ExecProvider(shared, "client {pty} {report}", FarEnd(serve=ScriptedServer, case=ForeignClientCase))
