@@ -28,7 +28,6 @@ class KeyLine(Footer):
         super().__init__(compact=True, show_command_palette=False)
         self._wanted: Sequence[tuple[str, str]] = ()
         self._shown: list[Offered] | None = None
-        self._width = 0
 
     def compose(self) -> ComposeResult:
         """Put the keys into the line."""
@@ -45,9 +44,13 @@ class KeyLine(Footer):
         Args:
             wanted: actions and what they are called, the most important first.
         """
-        if (wanted, self.size.width) != (self._wanted, self._width):
-            self._wanted, self._width = wanted, self.size.width
+        if wanted != self._wanted:
+            self._wanted = wanted
             self.bindings_changed(self.screen)
+
+    def on_resize(self) -> None:
+        """Offer as many as there is room for now."""
+        self.bindings_changed(self.screen)
 
     def bindings_changed(self, screen: Screen[object]) -> None:
         """Look whether other keys are offered."""

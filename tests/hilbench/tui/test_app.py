@@ -24,6 +24,16 @@ def test_the_whole_screen_looks_as_it_did(process_of, expect, bench, size, on_sc
     on_screen(process_of(bench), scenario, SIZES[size])
 
 
+def test_a_wider_terminal_has_more_keys_at_once(process_of, on_screen, rows):
+    async def scenario(app, pilot):
+        assert "Export" not in rows(app)[-1]
+        await pilot.resize_terminal(200, 24)
+        await pilot.pause()
+        assert "Export" in rows(app)[-1]
+
+    on_screen(process_of("pioneer"), scenario)
+
+
 def test_each_pane_can_have_the_screen(process_of, on_screen):
     from hilbench.tui.panes import PANES
 
