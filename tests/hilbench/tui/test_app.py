@@ -25,9 +25,13 @@ def test_the_whole_screen_looks_as_it_did(process_of, expect, bench, size, on_sc
 
 
 def test_a_wider_terminal_has_more_keys_at_once(process_of, on_screen, rows):
+    from hilbench.tui.key_line import KeyLine
+
     async def scenario(app, pilot):
         assert "Export" not in rows(app)[-1]
         await pilot.resize_terminal(200, 24)
+        while app.query_one(KeyLine).size.width != 200:  # Textual lays out at its own pace
+            await pilot.pause()
         await pilot.pause()
         assert "Export" in rows(app)[-1]
 
