@@ -19,7 +19,7 @@ from protocols import carla, pkt
 ROOT = Path(__file__).parents[2]
 IMAGES = ROOT / "targets/firmware/images"
 PATIENCE_S = 600
-PORT = re.compile(r"serial:/dev/\w+|socket://[\d.:]+")
+PORT = re.compile(r"serial:(?:/dev|\.)/\w+|socket://[\d.:]+")
 READY = "stop with Ctrl-C"
 COPIES = {
     "sender.elf": "style-irq-dma.elf",
@@ -54,6 +54,8 @@ from = "robot.host"
 """
 SERVED = {
     "--calibrate": (f"bluepill:{IMAGES / 'echo-irq.elf'}", ["./board"]),
+    "xrce-client": ("xrce-client", ["./at-client"]),
+    "xrce": ("xrce-agent", ["line1=./at-first", "line2=./at-second"]),
     "p2os|replay|doctor": ("pioneer-plane", ["./at-robot"]),
     "vehicle": ("vehicle-model", ["usart2=./at-first", "usart3=./at-second"]),
     "": ("rover-model", ["./at-board"]),
@@ -67,6 +69,7 @@ CLAUSES = {
     "my-rover": "P01 and documented",
     "vehicle": "VB01",
     "rover": "P01",
+    "xrce-client": "XC01",
 }
 """The clause or case that is run where a page runs a suite for minutes: by a part of the command."""
 

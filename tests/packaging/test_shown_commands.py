@@ -43,6 +43,7 @@ NOT_RUN = {
     "wants a person, or a client that comes": r"--operator|listen:|--into pty:|^attach",
     "wants several hosts": r"--scheduler",
     "wants a program of the reader's": r"my_(station|bridge)",
+    "wants the extra ros2": r"--dds",
     "wants a board of the reader's": r"analyser|new\.elf|^check hilbench.toml --target brain",
 }
 ELSEWHERE = (
