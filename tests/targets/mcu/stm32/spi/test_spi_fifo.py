@@ -91,6 +91,12 @@ class TestWords:
         bus.exchange(0xDEF, 12, 0, 0)
         assert slave.bytes == (b"\xab\xde" if released else b"\xab\xcd\xef")
 
+    @each("missing", ["modes", "releases", "selected", "exchange", "answer"])
+    def test_what_is_no_slave_is_told_so(self, missing):
+        members = dict.fromkeys({"modes", "releases", "selected", "exchange", "answer"} - {missing})
+        with pytest.raises(TypeError, match=f"^Odd is no SpiSlave: it has no {missing}$"):
+            SpiBus().attach(type("Odd", (), members)())
+
     def test_receive_only_and_one_wire(self, rig):
         slave = rig.slave(1, 2, 3)
         rig.master(RXONLY)
