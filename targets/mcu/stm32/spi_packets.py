@@ -164,7 +164,9 @@ class PacketSpi(Peripheral):
                 self._switched_on()
         if suspends:
             self._suspend()
-        if starts and value & SPE and self._is_master:
+        if starts and not value & SPE:
+            self.note("misuse", "CR1.CSTART", "set while SPE is 0: nothing starts")
+        elif starts and self._is_master:
             self._start()
         self._configure()
         self._proceed()
@@ -188,6 +190,12 @@ class PacketSpi(Peripheral):
             self.note("misuse", "CFG1.FTHLV", "a packet is more than half of a FIFO")
         if self._bits < 4:
             self.note("misuse", "CFG1.DSIZE", f"there are no words of {self._bits} bits")
+        if self[CFG1] & CRCEN:
+            if not self._size:
+                self.note("misuse", "CFG1.CRCEN", "without TSIZE no CRC follows")
+            if self._crc_size % self._bits:
+                what = f"{self._crc_size} bits are no multiple of a word of {self._bits}"
+                self.note("misuse", "CFG1.CRCSIZE", f"{what}: what goes is no CRC")
 
     def _start(self) -> None:
         if not self._left:
@@ -300,6 +308,11 @@ class PacketSpi(Peripheral):
         else:
             self.write(offset & ~3, value * _REPEAT[size])
 
+    @property
+    def _is_filled(self) -> bool:
+        """Whether a transfer of a given size has all its words."""
+        return self._pushed >= self._size + (self[CR2] >> 16)
+
     def _is_narrow(self, where: str, size: int) -> bool:
         narrow = 8 * size < self._bits
         if narrow:
@@ -331,7 +344,7 @@ class PacketSpi(Peripheral):
             self._tx.append(value >> 8 * width * at & self._mask)
             self._pushed += 1
             self._tx_asked = max(self._tx_asked - 1, 0)
-        if self._size and self._transmits and self._pushed >= self._size + (self[CR2] >> 16):
+        if self._size and self._transmits and self._is_filled:
             self[SR] |= bits.TXTF
             self[IER] &= ~(bits.TXP | bits.DXP)  # TXPIE and DXPIE
         self._proceed()
@@ -630,11 +643,12 @@ class PacketSpi(Peripheral):
         if not on:
             self._tx_asked = self._rx_asked = 0
         else:
-            if not self._tx_asked and flags & bits.TXP and not flags & bits.TXTF:
+            needs_more = not self._size or (self._left and not self._is_filled)
+            if not self._tx_asked and flags & bits.TXP and needs_more:
                 self._tx_asked = self._packet
             if not self._rx_asked and flags & bits.RXP:
                 self._rx_asked = self._packet
-            elif not self._rx_asked and flags & EOT:
+            elif not self._rx_asked and self._size and not self._left:
                 self._rx_asked = len(self._rx)
         self._tx_request.set(bool(self._tx_asked and self[CFG1] & bits.TXDMAEN))
         self._rx_request.set(bool(self._rx_asked and self[CFG1] & bits.RXDMAEN))
