@@ -14,7 +14,8 @@ Choices where the manual is silent:
 * A write to TXDR while SPE is 0, or that finds no room, is lost, which is noted; so is an access that is narrower than
   a word. A read finds zeros in place of words that are not there. Words of 17 to 24 bits take three bytes of a FIFO.
 * SPE that is cleared breaks a word off. While SPE is 0, TXP is set as after a reset, and asks for nothing.
-* After an overrun, what comes is lost until OVR is cleared. A master that MASRX has suspended keeps CSTART.
+* After an overrun, what comes is lost until OVR or SPE is cleared; SPE leaves the flag as it is. A master that MASRX
+  has suspended keeps CSTART.
 * DMA is asked once for each word of a packet, and after EOT for the words that make no whole packet.
 * A transfer that is started anew without SPE being cleared has the same TSIZE.
 * SS is active while CSTART is set, so not while CSUSP has suspended; SSOM lets it be inactive for all clocks of MIDI.
@@ -112,7 +113,7 @@ class PacketSpi(Peripheral):
         self._rx: list[int] = []
         self._tx_asked = self._rx_asked = 0  # words that DMA is still asked for
         self._sent_last = self._received_last = 0
-        self._busy = self._suspends = self._held = self._pulse = False
+        self._busy = self._suspends = self._held = self._pulse = self._overrun = False
         self.time.cancel(self._pause)
         self._pause = None
         self._begin_transfer()
@@ -272,6 +273,8 @@ class PacketSpi(Peripheral):
         self[SR] &= ~(value & bits.KEPT)
         if value & bits.SUSP:
             self._held = False
+        if value & bits.OVR:
+            self._overrun = False
         self._proceed()
         self._update()
 
@@ -543,7 +546,8 @@ class PacketSpi(Peripheral):
                 self._words_over()
 
     def _keep(self, word: int) -> None:
-        if self[SR] & bits.OVR or len(self._rx) >= self._room:
+        if self._overrun or len(self._rx) >= self._room:
+            self._overrun = True
             self[SR] |= bits.OVR
         else:
             self._rx.append(word)

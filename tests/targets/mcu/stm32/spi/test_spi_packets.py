@@ -91,6 +91,28 @@ class TestWords:
         came = bits_of(answers, 8)
         assert found == [int(came[bits * at : bits * (at + 1)][::way], 2) for at in range(len(words))]
 
+    @each("way", ["OVRC", "SPE"])
+    def test_what_comes_after_an_overrun_is_lost_until_it_is_cleared(self, make_packets, way):
+        """By its flag, or by SPE: drivers that only send clear nothing else, and receive in the next transfer."""
+        packets = make_packets()
+        slave = packets.slave(*range(30))
+        packets.master(cfg2=RECEIVE)
+        packets.clocks(17 * 8)
+        assert "OVR" in packets.flags()
+        for expected in range(16):
+            assert packets.read() == expected
+        packets.clocks(8)
+        assert "RXP" not in packets.flags()
+        if way == "OVRC":
+            packets.poke("IFCR", 1 << 6)
+            assert "OVR" not in packets.flags()
+        else:
+            packets.poke("CR1", SSI)
+            packets.poke("CR1", SSI | SPE)
+            packets.start()
+        packets.clocks(8)
+        assert packets.read() == len(slave.taken) - 1
+
     def test_nothing_starts_without_spe(self, packets):
         packets.master(start=False)
         packets.poke("CR1", SSI | CSTART)
