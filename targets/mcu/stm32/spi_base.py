@@ -315,7 +315,7 @@ class BasicSpi(Peripheral):
         self._busy = False
         if self._lsb_first:
             received = reversed_bits(received, self._bits)
-        self._word_over(word, received)
+        self._word_over(word, received & self._mask)  # which may be shorter than it was
         if not self._master:
             self._configure()
         self._proceed()

@@ -62,6 +62,7 @@ __all__ = ["FifoSpi"]
 
 CRCL = 1 << 11
 NSSP, FRF, FRXTH, LDMA_RX, LDMA_TX = (1 << bit for bit in (3, 4, 12, 13, 14))
+DS = 0xF << 8
 FIFO_BYTES = 4
 _REPEAT = {1: 0x0101_0101, 2: 0x0001_0001}
 
@@ -149,6 +150,8 @@ class FifoSpi(BasicSpi):
             self.note("misuse", "CR2.FRF", "it may be changed only while SPE is 0")
         if value >> 8 & 0xF < 3:
             value |= 0x0700  # lengths that are not used stand for 8 bits (section 35.9.2)
+        if (value ^ self[CR2]) & DS and self._busy:
+            self.note("misuse", "CR2.DS", "it was changed within a word")
         super().write_CR2(value)
 
     def read_SR(self) -> int:

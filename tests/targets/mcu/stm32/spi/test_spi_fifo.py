@@ -91,6 +91,16 @@ class TestWords:
         bus.exchange(0xDEF, 12, 0, 0)
         assert slave.bytes == (b"\xab\xde" if released else b"\xab\xcd\xef")
 
+    def test_a_word_that_gets_shorter_on_its_way(self, rig):
+        rig.slave(0xAB, 0xCD)
+        rig.master(bits=16)
+        rig.write(0x1234, 2)
+        rig.clocks(3)
+        rig.poke("CR2", FRXTH | 7 << 8)
+        rig.clocks(13)
+        assert rig.read() == 0xCD
+        assert rig.chip.noted("misuse") == ["SPI1_CR2.DS"]
+
     @each("missing", ["modes", "releases", "selected", "exchange", "answer"])
     def test_what_is_no_slave_is_told_so(self, missing):
         members = dict.fromkeys({"modes", "releases", "selected", "exchange", "answer"} - {missing})
