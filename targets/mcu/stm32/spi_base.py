@@ -79,7 +79,7 @@ class BasicSpi(Peripheral):
         services: what the chip offers. Used: the interrupt, requests ``SPI1_RX`` and ``SPI1_TX``, the pins' signals.
         bus: whose clock it is.
         irq: its interrupt.
-        has_i2s: whether there are I2S registers, which are declared absent.
+        has_i2s: whether there are I2S registers; I2S is not modelled.
 
     Attributes:
         LENGTH_BIT: the name of bit 11 of CR1.
@@ -195,12 +195,6 @@ class BasicSpi(Peripheral):
         self[SR] &= value | ~CRCERR
         self._saw_modf = self._saw_modf or bool(self[SR] & MODF)
         self._update()
-
-    def write_I2SCFGR(self, value: int) -> None:
-        """Remember; I2S is not modelled."""
-        self[I2SCFGR] = value
-        if value & I2SMOD:
-            self.note("unmodelled", "I2SCFGR.I2SMOD", _ABSENT_I2S)
 
     # --- what it is
 

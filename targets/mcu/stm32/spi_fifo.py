@@ -41,6 +41,7 @@ from targets.mcu.stm32.spi_base import (
     DR,
     FRE,
     I2SCFGR,
+    I2SMOD,
     I2SPR,
     MODF,
     MSTR,
@@ -78,7 +79,7 @@ class FifoSpi(BasicSpi):
         services: as there.
         bus: whose clock it is.
         irq: its interrupt.
-        has_i2s: whether there are I2S registers, which are declared absent.
+        has_i2s: whether there are I2S registers; I2S is not modelled.
         tx_left: returns how many accesses DMA has still to make to send; while it makes the last one, 1.
         rx_left: the same of what it receives.
     """
@@ -92,7 +93,7 @@ class FifoSpi(BasicSpi):
         Register("CRCPR", CRCPR, 0x07, 0xFFFF),
         Register("RXCRCR", RXCRCR, 0, 0),
         Register("TXCRCR", TXCRCR, 0, 0),
-        Register("I2SCFGR", I2SCFGR, 0, 0x1FBF, fidelity=Fidelity.ABSENT, note=BasicSpi.ABSENT_I2S),
+        Register("I2SCFGR", I2SCFGR, 0, 0x1FBF, I2SMOD, fidelity=Fidelity.PARTLY, note=BasicSpi.ABSENT_I2S),
         Register("I2SPR", I2SPR, 2, 0x03FF, fidelity=Fidelity.ABSENT, note=BasicSpi.ABSENT_I2S),
     )
 

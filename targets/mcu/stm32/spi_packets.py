@@ -278,12 +278,6 @@ class PacketSpi(Peripheral):
         self._proceed()
         self._update()
 
-    def write_I2SCFGR(self, value: int) -> None:
-        """Remember; I2S is not modelled."""
-        self[I2SCFGR] = value
-        if value & bits.I2SMOD:
-            self.note("unmodelled", "I2SCFGR.I2SMOD", bits.NO_I2S)
-
     # --- data
 
     def read_RXDR(self) -> int:
