@@ -13,6 +13,7 @@ Choices where the manual is silent:
 * CR1, CFG1, CFG2, CRCPOLY and UDRDR keep what may not be written now; it is noted if it would change something.
 * A write to TXDR while SPE is 0, or that finds no room, is lost, which is noted; so is an access that is narrower than
   a word. A read finds zeros in place of words that are not there. Words of 17 to 24 bits take three bytes of a FIFO.
+* CSTART may be set by the write that sets SPE.
 * SPE that is cleared breaks a word off. While SPE is 0, TXP is set as after a reset, and asks for nothing.
 * After an overrun, what comes is lost until OVR or SPE is cleared; SPE leaves the flag as it is. A master that MASRX
   has suspended keeps CSTART.

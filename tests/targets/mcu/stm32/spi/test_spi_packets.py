@@ -119,6 +119,15 @@ class TestWords:
         assert packets.peek("CR1") == SSI
         assert packets.chip.noted("misuse") == ["SPI1_CR1.CSTART"]
 
+    def test_one_write_switches_on_and_starts(self, packets):
+        slave = packets.slave()
+        packets.master(start=False)
+        packets.poke("CR1", SSI)
+        packets.poke("CR1", SSI | SPE | CSTART)
+        packets.write(7)
+        packets.clocks(8)
+        assert slave.bytes == b"\x07"
+
     def test_its_clock_may_stand_still(self, packets):
         packets.chip.clocks.kernels["SPI1"] = Fraction(0)
         packets.master(size=1)
