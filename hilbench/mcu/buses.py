@@ -13,13 +13,14 @@ from functools import partial
 
 from hilbench.bench import Bench
 from hilbench.benchfile.bench_file import BusEnd, BusPins, PartPlan
+from hilbench.errors import UsageError
 from hilbench.mcu.group import MachineGroup
 from hilbench.mcu.parts import Parts
 from hilbench.mcu.seams import Machine
 from targets.mcu.i2c_bus import RELEASED, I2cBus, I2cSlave, I2cTransaction
 from targets.mcu.i2c_pins import I2cPins
 from targets.mcu.pins import Pins
-from targets.mcu.spi_bus import SpiSlave
+from targets.mcu.spi_bus import SpiSlave, check_slave
 from targets.parts import Part
 
 __all__ = ["Buses"]
@@ -29,16 +30,16 @@ class _Calls:
     """Calls of a part, made while its chip is ahead of the bench."""
 
     def __init__(self, parts: Parts, group: MachineGroup, name: str) -> None:
+        self.name = name
         self._parts = parts
         self._group = group
-        self._name = name
 
     @contextlib.contextmanager
     def at(self, now_ns: int) -> Iterator[None]:
         """Call it at a time."""
-        with self._parts.ahead(self._name, now_ns):
+        with self._parts.ahead(self.name, now_ns):
             yield
-        due_ns = self._parts.settle(self._name)
+        due_ns = self._parts.settle(self.name)
         if due_ns is not None:
             self._group.limit(due_ns)
 
@@ -89,6 +90,10 @@ class _SpiAhead:
     """What a part has at an SPI bus."""
 
     def __init__(self, calls: _Calls, slave: SpiSlave) -> None:
+        try:
+            check_slave(slave)
+        except TypeError as error:
+            raise UsageError(str(error), where=f"part '{calls.name}'") from None
         self._at = calls.at
         self._slave = slave
         self.modes, self.answer = slave.modes, slave.answer

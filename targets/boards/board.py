@@ -94,7 +94,7 @@ class Board:
             compiler, and boards are known to run such images from the crystal.
         lse_startup_us: from LSEON to LSERDY (DS5319: typically 2.5 s at 25 degrees).
         adc_noise_lsb: standard deviation of what the converters read, in steps of 12 bits; 0 is an ideal one, and what
-            a board has is a choice. It is the same in every run.
+            a board has is a choice. It is the same in every run, and on each board of this name.
         straps: the boot pins as the board is delivered.
         console: the USART that leads to the host by a debugger or a converter on the board; left out for none.
         leds: the lights.

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
-__all__ = ["SpiBus", "SpiSlave", "SpiWord"]
+__all__ = ["SpiBus", "SpiSlave", "SpiWord", "check_slave"]
 
 BYTE_BITS = 8
 
@@ -41,6 +41,13 @@ class SpiSlave(Protocol):
 
     def answer(self) -> int:
         """Return the byte that stands on MISO while the next one comes, whichever that is."""
+
+
+def check_slave(slave: object) -> None:
+    """Raise TypeError, with what is missing, for an object that has not all of `SpiSlave`."""
+    missing = [name for name in ("modes", "releases", "selected", "exchange", "answer") if not hasattr(slave, name)]
+    if missing:
+        raise TypeError(f"{type(slave).__name__} is no SpiSlave: it has no {', no '.join(missing)}")
 
 
 class SpiWord(NamedTuple):
@@ -71,7 +78,8 @@ class SpiBus:
         self._ends: list[_End] = []
 
     def attach(self, slave: SpiSlave) -> None:
-        """Solder a slave to the bus."""
+        """Solder a slave to the bus; raises TypeError as `check_slave` does."""
+        check_slave(slave)
         self._ends.append(_End(slave))
 
     def exchange(self, bits: int, count: int, mode: int, now_ns: int) -> int | None:

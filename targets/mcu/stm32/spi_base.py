@@ -79,7 +79,7 @@ class BasicSpi(Peripheral):
         services: what the chip offers. Used: the interrupt, requests ``SPI1_RX`` and ``SPI1_TX``, the pins' signals.
         bus: whose clock it is.
         irq: its interrupt.
-        has_i2s: whether there are I2S registers, which are declared absent.
+        has_i2s: whether there are I2S registers; I2S is not modelled.
 
     Attributes:
         LENGTH_BIT: the name of bit 11 of CR1.
@@ -196,12 +196,6 @@ class BasicSpi(Peripheral):
         self._saw_modf = self._saw_modf or bool(self[SR] & MODF)
         self._update()
 
-    def write_I2SCFGR(self, value: int) -> None:
-        """Remember; I2S is not modelled."""
-        self[I2SCFGR] = value
-        if value & I2SMOD:
-            self.note("unmodelled", "I2SCFGR.I2SMOD", _ABSENT_I2S)
-
     # --- what it is
 
     def _is_busy(self) -> bool:
@@ -315,7 +309,7 @@ class BasicSpi(Peripheral):
         self._busy = False
         if self._lsb_first:
             received = reversed_bits(received, self._bits)
-        self._word_over(word, received)
+        self._word_over(word, received & self._mask)  # which may be shorter than it was
         if not self._master:
             self._configure()
         self._proceed()

@@ -41,6 +41,7 @@ from targets.mcu.stm32.spi_base import (
     DR,
     FRE,
     I2SCFGR,
+    I2SMOD,
     I2SPR,
     MODF,
     MSTR,
@@ -62,6 +63,7 @@ __all__ = ["FifoSpi"]
 
 CRCL = 1 << 11
 NSSP, FRF, FRXTH, LDMA_RX, LDMA_TX = (1 << bit for bit in (3, 4, 12, 13, 14))
+DS = 0xF << 8
 FIFO_BYTES = 4
 _REPEAT = {1: 0x0101_0101, 2: 0x0001_0001}
 
@@ -77,7 +79,7 @@ class FifoSpi(BasicSpi):
         services: as there.
         bus: whose clock it is.
         irq: its interrupt.
-        has_i2s: whether there are I2S registers, which are declared absent.
+        has_i2s: whether there are I2S registers; I2S is not modelled.
         tx_left: returns how many accesses DMA has still to make to send; while it makes the last one, 1.
         rx_left: the same of what it receives.
     """
@@ -91,7 +93,7 @@ class FifoSpi(BasicSpi):
         Register("CRCPR", CRCPR, 0x07, 0xFFFF),
         Register("RXCRCR", RXCRCR, 0, 0),
         Register("TXCRCR", TXCRCR, 0, 0),
-        Register("I2SCFGR", I2SCFGR, 0, 0x1FBF, fidelity=Fidelity.ABSENT, note=BasicSpi.ABSENT_I2S),
+        Register("I2SCFGR", I2SCFGR, 0, 0x1FBF, I2SMOD, fidelity=Fidelity.PARTLY, note=BasicSpi.ABSENT_I2S),
         Register("I2SPR", I2SPR, 2, 0x03FF, fidelity=Fidelity.ABSENT, note=BasicSpi.ABSENT_I2S),
     )
 
@@ -149,6 +151,8 @@ class FifoSpi(BasicSpi):
             self.note("misuse", "CR2.FRF", "it may be changed only while SPE is 0")
         if value >> 8 & 0xF < 3:
             value |= 0x0700  # lengths that are not used stand for 8 bits (section 35.9.2)
+        if (value ^ self[CR2]) & DS and self._busy:
+            self.note("misuse", "CR2.DS", "it was changed within a word")
         super().write_CR2(value)
 
     def read_SR(self) -> int:

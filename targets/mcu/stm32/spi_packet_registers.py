@@ -43,5 +43,5 @@ REGISTERS = (
     Register("TXCRC", TXCRC, 0, 0),
     Register("RXCRC", RXCRC, 0, 0),
     Register("UDRDR", UDRDR),
-    Register("I2SCFGR", I2SCFGR, 0, 0x03FF_7FBF, fidelity=Fidelity.ABSENT, note=NO_I2S),
+    Register("I2SCFGR", I2SCFGR, 0, 0x03FF_7FBF, I2SMOD, fidelity=Fidelity.PARTLY, note=NO_I2S),
 )

@@ -13,8 +13,10 @@ Choices where the manual is silent:
 * CR1, CFG1, CFG2, CRCPOLY and UDRDR keep what may not be written now; it is noted if it would change something.
 * A write to TXDR while SPE is 0, or that finds no room, is lost, which is noted; so is an access that is narrower than
   a word. A read finds zeros in place of words that are not there. Words of 17 to 24 bits take three bytes of a FIFO.
+* CSTART may be set by the write that sets SPE.
 * SPE that is cleared breaks a word off. While SPE is 0, TXP is set as after a reset, and asks for nothing.
-* After an overrun, what comes is lost until OVR is cleared. A master that MASRX has suspended keeps CSTART.
+* After an overrun, what comes is lost until OVR or SPE is cleared; SPE leaves the flag as it is. A master that MASRX
+  has suspended keeps CSTART.
 * DMA is asked once for each word of a packet, and after EOT for the words that make no whole packet.
 * A transfer that is started anew without SPE being cleared has the same TSIZE.
 * SS is active while CSTART is set, so not while CSUSP has suspended; SSOM lets it be inactive for all clocks of MIDI.
@@ -112,7 +114,7 @@ class PacketSpi(Peripheral):
         self._rx: list[int] = []
         self._tx_asked = self._rx_asked = 0  # words that DMA is still asked for
         self._sent_last = self._received_last = 0
-        self._busy = self._suspends = self._held = self._pulse = False
+        self._busy = self._suspends = self._held = self._pulse = self._overrun = False
         self.time.cancel(self._pause)
         self._pause = None
         self._begin_transfer()
@@ -164,7 +166,9 @@ class PacketSpi(Peripheral):
                 self._switched_on()
         if suspends:
             self._suspend()
-        if starts and value & SPE and self._is_master:
+        if starts and not value & SPE:
+            self.note("misuse", "CR1.CSTART", "set while SPE is 0: nothing starts")
+        elif starts and self._is_master:
             self._start()
         self._configure()
         self._proceed()
@@ -188,6 +192,12 @@ class PacketSpi(Peripheral):
             self.note("misuse", "CFG1.FTHLV", "a packet is more than half of a FIFO")
         if self._bits < 4:
             self.note("misuse", "CFG1.DSIZE", f"there are no words of {self._bits} bits")
+        if self[CFG1] & CRCEN:
+            if not self._size:
+                self.note("misuse", "CFG1.CRCEN", "without TSIZE no CRC follows")
+            if self._crc_size % self._bits:
+                what = f"{self._crc_size} bits are no multiple of a word of {self._bits}"
+                self.note("misuse", "CFG1.CRCSIZE", f"{what}: what goes is no CRC")
 
     def _start(self) -> None:
         if not self._left:
@@ -264,14 +274,10 @@ class PacketSpi(Peripheral):
         self[SR] &= ~(value & bits.KEPT)
         if value & bits.SUSP:
             self._held = False
+        if value & bits.OVR:
+            self._overrun = False
         self._proceed()
         self._update()
-
-    def write_I2SCFGR(self, value: int) -> None:
-        """Remember; I2S is not modelled."""
-        self[I2SCFGR] = value
-        if value & bits.I2SMOD:
-            self.note("unmodelled", "I2SCFGR.I2SMOD", bits.NO_I2S)
 
     # --- data
 
@@ -299,6 +305,11 @@ class PacketSpi(Peripheral):
             self._push(value, size)
         else:
             self.write(offset & ~3, value * _REPEAT[size])
+
+    @property
+    def _is_filled(self) -> bool:
+        """Whether a transfer of a given size has all its words."""
+        return self._pushed >= self._size + (self[CR2] >> 16)
 
     def _is_narrow(self, where: str, size: int) -> bool:
         narrow = 8 * size < self._bits
@@ -331,7 +342,7 @@ class PacketSpi(Peripheral):
             self._tx.append(value >> 8 * width * at & self._mask)
             self._pushed += 1
             self._tx_asked = max(self._tx_asked - 1, 0)
-        if self._size and self._transmits and self._pushed >= self._size + (self[CR2] >> 16):
+        if self._size and self._transmits and self._is_filled:
             self[SR] |= bits.TXTF
             self[IER] &= ~(bits.TXP | bits.DXP)  # TXPIE and DXPIE
         self._proceed()
@@ -530,7 +541,8 @@ class PacketSpi(Peripheral):
                 self._words_over()
 
     def _keep(self, word: int) -> None:
-        if self[SR] & bits.OVR or len(self._rx) >= self._room:
+        if self._overrun or len(self._rx) >= self._room:
+            self._overrun = True
             self[SR] |= bits.OVR
         else:
             self._rx.append(word)
@@ -630,11 +642,12 @@ class PacketSpi(Peripheral):
         if not on:
             self._tx_asked = self._rx_asked = 0
         else:
-            if not self._tx_asked and flags & bits.TXP and not flags & bits.TXTF:
+            needs_more = not self._size or (self._left and not self._is_filled)
+            if not self._tx_asked and flags & bits.TXP and needs_more:
                 self._tx_asked = self._packet
             if not self._rx_asked and flags & bits.RXP:
                 self._rx_asked = self._packet
-            elif not self._rx_asked and flags & EOT:
+            elif not self._rx_asked and self._size and not self._left:
                 self._rx_asked = len(self._rx)
         self._tx_request.set(bool(self._tx_asked and self[CFG1] & bits.TXDMAEN))
         self._rx_request.set(bool(self._rx_asked and self[CFG1] & bits.RXDMAEN))

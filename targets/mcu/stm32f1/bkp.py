@@ -103,10 +103,13 @@ class Bkp(Peripheral):
     def write_RTCCR(self, value: int) -> None:
         """Calibrate the RTC, and choose what it puts out at the pin (section 6.4.2)."""
         self[RTCCR] = value
-        if value & (CCO | ASOE) and self[CR] & TPE:
-            self.note("misuse", "RTCCR", "CCO and ASOE must not be set while TPE has the pin")
+        self._check_pin("RTCCR")
         self.on_calibration()
         self._put_out()
+
+    def _check_pin(self, where: str) -> None:
+        if self[RTCCR] & (CCO | ASOE) and self[CR] & TPE:
+            self.note("misuse", where, "CCO and ASOE must not be set while TPE has the pin")
 
     def rtc_clock_changed(self) -> None:
         """RTCCLK has another rate, or stands still, or runs again."""
@@ -134,6 +137,7 @@ class Bkp(Peripheral):
     def write_CR(self, value: int) -> None:
         """Enable the pin and choose the level that counts as tampering."""
         self[CR] = value
+        self._check_pin("CR")
         if value & TPE:
             self._tamper.on_change = self._on_pin
             self._on_pin(self._tamper.level())

@@ -27,6 +27,7 @@ from targets.mcu.stm32.spi_base import (
     CRCPR,
     DR,
     I2SCFGR,
+    I2SMOD,
     I2SPR,
     OVR,
     RXCRCR,
@@ -68,7 +69,7 @@ class Spi(BasicSpi):
         Register("CRCPR", CRCPR, 0x07, 0xFFFF),
         Register("RXCRCR", RXCRCR, 0, 0),
         Register("TXCRCR", TXCRCR, 0, 0),
-        Register("I2SCFGR", I2SCFGR, 0, 0, fidelity=Fidelity.ABSENT, note=_NO_I2S),
+        Register("I2SCFGR", I2SCFGR, 0, 0, I2SMOD, fidelity=Fidelity.PARTLY, note=_NO_I2S),
         Register("I2SPR", I2SPR, 0, 0, fidelity=Fidelity.ABSENT, note=_NO_I2S),
     )
 

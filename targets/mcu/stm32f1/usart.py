@@ -7,7 +7,7 @@ Choices where the manual is silent, besides those of the transmitter and the rec
 * In single-wire half-duplex mode the receiver hears what is sent, unless RE is off. Meanwhile it hears others as far as
   they come in as frames, but not what they do to the level of the pin.
 * A BRR below 16 stops the bit clock.
-* In synchronous mode (`usart_clock`) idle lines and errors of frames are not looked for.
+* In synchronous mode (`usart_clock`) idle lines and errors of frames are not looked for. With SCEN there is none.
 * Bits that UART4 and UART5 lack (flow control, synchronous clock, smartcard mode, stop bits of a half, DMA of UART5)
   read 0.
 """
@@ -33,6 +33,7 @@ RXNE, TC, LBD, CTS = 1 << 5, 1 << 6, 1 << 8, 1 << 9
 SBK, RE, TE, M, UE = 1 << 0, 1 << 2, 1 << 3, 1 << 12, 1 << 13
 
 IREN, HDSEL, SCEN, RTSE = 1 << 1, 1 << 3, 1 << 5, 1 << 8
+LINEN = 1 << 14  # of CR2
 
 _PINS = {
     "USART1": ("PA9 (or PB6)", "PA10 (or PB7)"),
@@ -67,7 +68,7 @@ class Usart(UsartBase):
             0x7FF,
             IREN | SCEN,
             fidelity=Fidelity.PARTLY,
-            note="IrDA and smartcard mode are not modelled; frames are those of asynchronous mode",
+            note="IrDA and smartcard mode are not modelled; frames are those of asynchronous mode, without a clock",
         ),
         Register("GTPR", GTPR, 0, 0xFFFF, fidelity=Fidelity.PARTLY, note="is remembered without effect"),
     )
@@ -130,9 +131,11 @@ class Usart(UsartBase):
             what = f"0x{self[BRR]:X} is no baud rate (16 is the least): {self.name} does nothing"
             self.note("misuse", "BRR", what)
             wanted = 0
-        clocked = bool(self[CR2] & CLKEN)
+        clocked = bool(self[CR2] & CLKEN) and not cr3 & SCEN
+        if clocked and wanted and (self[CR2] & LINEN or cr3 & (HDSEL | IREN)):
+            self.note("misuse", "CR2.CLKEN", "LINEN, HDSEL and IREN must be clear in synchronous mode")
         self._samples = clocked and bool(wanted & RE)
-        self._ck.set(self[CR2] if wanted & TE else 0)
+        self._ck.set(self[CR2] if clocked and wanted & TE else 0)
         self._tx.clocked = clocked
         hears = self._switch_halves(wanted & ~RE if clocked else wanted)
         self._tx.tell_frames()

@@ -11,6 +11,7 @@ from hilbench.errors import UsageError
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.under_test import boards_under_test
 from targets.firmware import image_path
+from targets.parts.w25q.w25q import _Slave
 
 BENCH = f"""
 version = 1
@@ -89,6 +90,13 @@ def test_without_one_the_driver_finds_none(run):
 @pytest.mark.exhaustive("a driver polls for half a second; the gate has a busy chip in parts/test_w25q")
 def test_one_that_stays_busy(run):
     assert run(FLASH + "settings = { sector_erase_ms = 900.0 }\n", 0.6)[0] == ["identity 0xef4017", "stays busy"]
+
+
+def test_a_part_whose_slave_is_none(run, monkeypatch):
+    """A kind of part that somebody wrote when slaves had fewer members."""
+    monkeypatch.delattr(_Slave, "releases")
+    with pytest.raises(UsageError, match=r"^part 'flash': _Slave is no SpiSlave: it has no releases$"):
+        run(FLASH)
 
 
 def test_one_whose_cells_are_worn(run):

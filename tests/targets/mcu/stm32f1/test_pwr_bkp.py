@@ -240,3 +240,9 @@ def test_not_beside_tamper_detection(outputs):
     poke(outputs.bkp, "CR", 1)
     poke(outputs.bkp, "RTCCR", CCO)
     assert outputs.chip.noted("misuse") == ["BKP_RTCCR"]
+
+
+def test_nor_is_tamper_detection_beside_it(outputs):
+    poke(outputs.bkp, "RTCCR", CCO)
+    poke(outputs.bkp, "CR", 1)
+    assert outputs.chip.noted("misuse") == ["BKP_CR"]

@@ -11,6 +11,8 @@ from tests.each import each
 
 UE, M, TE, RE, SBK = 1 << 13, 1 << 12, 1 << 3, 1 << 2, 1 << 0
 LBCL, CPHA, CPOL, CLKEN = (1 << bit for bit in range(8, 12))
+LINEN = 1 << 14
+IREN, HDSEL, SCEN = 1 << 1, 1 << 3, 1 << 5
 WAYS = [sum(bits) for bits in itertools.product((0, LBCL), (0, CPHA), (0, CPOL))]
 BRR = 32
 
@@ -119,3 +121,21 @@ def test_settings_wait_for_te(make_port, bit):
     port = open_clocked(make_port, 0)
     port.poke("CR2", CLKEN | bit)
     assert port.chip.noted("misuse") == ["USART1_CR2"]
+
+
+def test_smartcard_mode_has_frames_without_a_clock(make_port):
+    """Its drivers set CLKEN, too; frames of a card come in by themselves."""
+    port = make_port().open(BRR, UE | TE | RE, CLKEN | LBCL, SCEN)
+    port.hear(0x5A)
+    assert port.peek("DR") == 0x5A
+    begin = port.chip.time.now
+    port.poke("DR", 0x55)
+    port.bits(12)
+    assert edges(port, begin) == []
+    assert port.values == [0x55]
+
+
+@each(("cr2", "cr3"), [(LINEN, 0), (0, HDSEL), (0, IREN)])
+def test_modes_that_are_not_beside_it(make_port, cr2, cr3):
+    port = make_port().open(BRR, UE | TE | RE, CLKEN | cr2, cr3)
+    assert "USART1_CR2.CLKEN" in port.chip.noted("misuse")
