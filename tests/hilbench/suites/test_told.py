@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 
 import pytest
 
@@ -25,6 +26,7 @@ from hilbench.systems.rover.told_station import ToldStation
 from hilbench.systems.vehicle.told_car import ToldCar
 from hilbench.terminal.options import TargetChoice
 from measure.mutants.derived.subjects import SUBJECTS, opened
+from protocols.carla import AckermannCommand
 from protocols.pkt import PROFILES, ClientState, GeneralReport, PacketTotals
 
 OF_OURS_ALONE = {
@@ -70,6 +72,28 @@ def test_lines_in_pieces_are_put_together():
     assert end.senseless == '{"c"}'
 
 
+@pytest.mark.parametrize(
+    "nonsense",
+    [
+        b"[" * 100_000 + b"\n",
+        b'{"a":' * 100_000 + b"\n",
+        b'{"config": {"\\ud800": 1}}\n',
+        b"9" * 5000 + b"\n",
+        b"x" * 1_000_001,
+    ],
+    ids=["arrays in arrays", "objects in objects", "half a character", "a number of 5000 digits", "a line without end"],
+)
+def test_lines_that_are_hostile_are_refused(nonsense):
+    _bench, port, say = line()
+    came = []
+    end = ReportLine(port, came.append)
+    say(nonsense)
+    assert end.senseless == nonsense[:80].decode().rstrip("\n")
+    assert came == []
+    say(b"\n", {"a": 1})
+    assert came == [{"a": 1}]
+
+
 def test_a_station_is_known_by_what_it_tells():
     bench, port, say = line()
     station = ToldStation(bench, port, PROFILES["documented"])
@@ -93,11 +117,23 @@ def test_nonsense_of_a_station_is_its_own_fault(nonsense):
         _ = station.counts
 
 
-@pytest.mark.parametrize(("make", "look"), [(ToldClient, "sips"), (ToldCar, "published")])
-def test_nonsense_of_others_too(make, look):
+COMMANDED = {"commanded": "AckermannCommand", **asdict(AckermannCommand())}
+
+
+@pytest.mark.parametrize(
+    ("make", "look", "nonsense"),
+    [
+        (ToldClient, "sips", {"sip": {}}),
+        (ToldClient, "sips", {"state": "OPEN", "failure": [1]}),
+        (ToldCar, "published", {"commanded": "Nothing"}),
+        (ToldCar, "published", {**COMMANDED, "mode": "one", "by_node": False}),
+        (ToldCar, "published", {**COMMANDED, "mode": 1, "by_node": [2]}),
+    ],
+)
+def test_nonsense_of_others_too(make, look, nonsense):
     bench, port, say = line()
     told = make(bench, port)
-    say({"sip": {}, "commanded": "Nothing"})
+    say(nonsense)
     with pytest.raises(Violation, match="makes no sense"):
         getattr(told, look)
 
