@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import pytest
 
@@ -15,7 +15,7 @@ from hilbench.bench.shared import Shared
 from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, Violation, run_suites
 from hilbench.check.bench_provider import make_provider
-from hilbench.clock import Scheduler
+from hilbench.clock import NS_PER_MS, Scheduler
 from hilbench.errors import UsageError
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
@@ -47,6 +47,27 @@ def test_a_client_that_tells_is_judged_as_ours_is(name):
     verdicts = {clause.id: clause.verdict for clause in report.clauses}
     assert {clause for clause, verdict in verdicts.items() if verdict is Verdict.NOT_APPLICABLE} == OF_OURS_ALONE[name]
     assert set(verdicts.values()) == {Verdict.PASS, Verdict.NOT_APPLICABLE}
+
+
+class TellsLate:
+    """A line of a client that hears and tells some time later."""
+
+    def __init__(self, bench, port):
+        self._after = lambda do: bench.scheduler.after(150 * NS_PER_MS, do, source="~late")
+        self._port = port
+        port.on_receive = lambda data, at_ns: self._after(lambda: self.on_receive(data, at_ns))
+
+    def write(self, data):
+        self._after(lambda: self._port.write(data))
+
+
+def test_who_tells_its_configuration_late_has_read_it():
+    right = SUBJECTS["p2os-client"]
+    subject = replace(right, tell=lambda bench, client, port: right.tell(bench, client, TellsLate(bench, port)))
+    options = CheckOptions(bench=subject.bench, suites=subject.suites, select="C31")
+    with opened(subject, lambda _scheduler, port: port, at_port=True) as provider:
+        report = run_suites(options, provider)
+    assert [(clause.verdict, clause.cause) for clause in report.clauses] == [(Verdict.PASS, "")]
 
 
 def line():
