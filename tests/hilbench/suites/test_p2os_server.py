@@ -30,6 +30,7 @@ from hilbench.systems.pioneer.peer import Peer
 from hilbench.systems.pioneer.provider import VirtualProvider
 from measure.mutants.bench import MutantProvider
 from measure.mutants.each_its_own import Fault, judge
+from measure.mutants.late import AtPort, late_benches
 from protocols.p2os import ROBOTS, CommandNumber, EncoderPacket, Identification, Sip
 from protocols.p2os.clauses import CLAUSES
 from targets.robots.pioneer import commands, reports, robot
@@ -369,6 +370,12 @@ def test_encoders_that_stand_still_are_found():
 def test_encoders_of_a_robot_that_does_not_drive_are_not_judged():
     verdict, cause = verdict_of("S87", handler("VEL", lambda c, v: None))
     assert (verdict, "nothing to hold its encoders against" in cause) == (Verdict.INCONCLUSIVE, True)
+
+
+def test_bytes_that_are_read_late_show_no_new_rate():
+    with handler("HOSTBAUD", lambda c, v: None), late_benches(0.4, 4):
+        (clause,) = run_suites(options("S57"), AtPort(provider("pioneer-plane"))).clauses
+    assert clause.verdict is Verdict.INCONCLUSIVE
 
 
 # --- what the cases measure with
