@@ -29,7 +29,7 @@ from targets.robots.car_host import CarState
 
 __all__ = ["TOLD_CAPABILITIES", "CarTeller", "ToldCar"]
 
-TOLD_CAPABILITIES = frozenset({"car"})
+TOLD_CAPABILITIES = frozenset({"car.told"})
 
 _COMMANDS: Mapping[str, type[AckermannCommand | ManualCommand]] = {
     kind.__name__: kind for kind in (AckermannCommand, ManualCommand)

@@ -37,6 +37,10 @@ OF_OURS_ALONE = {
 """By subject the clauses that ask for more: a client of another profile, its rates, its own end of the port."""
 
 
+BY_OWN_REPORT = {"carla-host": {"car"}}
+"""By subject what only the client's own word says, where ours is seen to do it."""
+
+
 @pytest.mark.slow("three suites of a client, in bench time")
 @pytest.mark.parametrize("name", OF_OURS_ALONE)
 def test_a_client_that_tells_is_judged_as_ours_is(name):
@@ -47,6 +51,7 @@ def test_a_client_that_tells_is_judged_as_ours_is(name):
     verdicts = {clause.id: clause.verdict for clause in report.clauses}
     assert {clause for clause, verdict in verdicts.items() if verdict is Verdict.NOT_APPLICABLE} == OF_OURS_ALONE[name]
     assert set(verdicts.values()) == {Verdict.PASS, Verdict.NOT_APPLICABLE}
+    assert {need for clause in report.clauses for need in clause.by_own_report} == BY_OWN_REPORT.get(name, set())
 
 
 class TellsLate:
