@@ -342,7 +342,7 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         text=(
             "ENABLE 1, then VEL, RVEL, SETA, SETRA, HEAD and MOVE each with two arguments of either sign, CONFIG 1, "
             "ENABLE 0, two SAY and two VEL2, one after another: each goes out once, to the byte, within 0.35 s; VEL, "
-            "RVEL and HEAD may be said again until another is told."
+            "RVEL and HEAD may be said again until the next one."
         ),
         sources=(MANUAL, ARIA, PLAYER, CHOICE + " how soon: three cycles of ARIA's"),
         needs=("client", "client.commands"),
