@@ -17,6 +17,9 @@ __all__ = ["REPORT", "ReportLine"]
 REPORT = "report"
 """What stands in braces where a command wants the path of this line."""
 
+LONGEST_BYTES = 1_000_000
+"""A line that goes on for longer is none. A choice: a hundred times the longest object that is told."""
+
 
 class ReportLine:
     """One end of it, the checker's or the client's.
@@ -26,7 +29,7 @@ class ReportLine:
         take: called with each object that comes.
 
     Attributes:
-        senseless: the first line that came and is no object; empty if all were.
+        senseless: the first line that came and is no object, or has no end; empty if all were objects.
     """
 
     def __init__(self, port: Port, take: Callable[[Mapping[str, Any]], None]) -> None:
@@ -45,13 +48,20 @@ class ReportLine:
         for line in lines:
             if line.strip():
                 self._read(line)
+        if len(self._rest) > LONGEST_BYTES:
+            self._refuse(self._rest)
+            self._rest = b""
 
     def _read(self, line: bytes) -> None:
         try:
             said = json.loads(line)
-        except ValueError:
+            json.dumps(said, ensure_ascii=False).encode()  # half a surrogate pair is no text
+        except (ValueError, RecursionError):
             said = None
         if isinstance(said, dict):
             self._take(said)
         else:
-            self.senseless = self.senseless or line[:80].decode("utf-8", "replace")
+            self._refuse(line)
+
+    def _refuse(self, line: bytes) -> None:
+        self.senseless = self.senseless or line[:80].decode("utf-8", "replace")

@@ -15,6 +15,7 @@ _ALL = ("hardened", "v0", "v1")
 _HARDENED = ("hardened",)
 _SHIPPED = ("v0", "v1")
 _CAR = ("simulator", "car")
+_TOLD = ("simulator", "car.told")
 _PAIR = ("simulator", "car", "board")
 _LINE = ("simulator",)
 _OWN_END = ("simulator", "car", "read errors")
@@ -34,6 +35,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{NODE} publish_to_carla",),
         profiles=_ALL,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS02",
@@ -47,6 +49,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{NODE} publish_to_carla",),
         profiles=_ALL,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS03",
@@ -60,6 +63,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{NODE} publish_to_carla", f"{ACKERMANN}: speed 0 is full deceleration, and the hand brake at rest"),
         profiles=_ALL,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS04",
@@ -70,6 +74,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{NODE} publish_to_carla",),
         profiles=_ALL,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS05",
@@ -80,6 +85,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(_PARSER,),
         profiles=_ALL,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS06",
@@ -95,6 +101,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS06H",
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS06H",
@@ -108,6 +115,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(LINE, CHOICE),
         profiles=_HARDENED,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS07",
@@ -119,6 +127,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS07H",
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS07H",
@@ -129,6 +138,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS08",
@@ -140,6 +150,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS08H",
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS08H",
@@ -150,6 +161,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS09",
@@ -161,6 +173,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS09H",
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS09H",
@@ -171,6 +184,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS10",
@@ -182,6 +196,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS10H",
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS10H",
@@ -192,6 +207,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS11",
@@ -224,6 +240,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS12H",
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS12H",
@@ -234,6 +251,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS13",
@@ -257,6 +275,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{NODE} velocity_status_sub_callback, steering_status_sub_callback",),
         profiles=_ALL,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS15",
@@ -269,6 +288,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{NODE} velocity_status_sub_callback",),
         profiles=_ALL,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS16",
@@ -282,6 +302,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{CAB}: -1.0292 rad x steer",),
         profiles=_ALL,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS17",
@@ -293,6 +314,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS17H",
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS17H",
@@ -303,6 +325,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=("autoware_auto_vehicle_msgs/VelocityReport in the axes of REP 103", CHOICE),
         profiles=_HARDENED,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS18",
@@ -374,6 +397,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS22H",
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS22H",
@@ -384,6 +408,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS23",
@@ -395,6 +420,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS23H",
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS23H",
@@ -405,6 +431,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS24",
@@ -416,6 +443,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS24H",
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS24H",
@@ -429,6 +457,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS25",
@@ -453,6 +482,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS26H",
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS26H",
@@ -466,6 +496,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS27",
@@ -477,6 +508,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS27H",
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS27H",
@@ -491,6 +523,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE + ": the limits are 2.5 rad, 50 rad/s, 150 m/s, 100 m/s^2, 1000 m/s^3, and 10 for each of F2",),
         profiles=_HARDENED,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS28",
@@ -502,6 +535,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS28H",
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
     Clause(
         id="VS28H",
@@ -512,5 +546,6 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
+        stand_ins=_TOLD,
     ),
 )

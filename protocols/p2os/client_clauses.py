@@ -341,7 +341,8 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         title="Each of many commands is its own",
         text=(
             "ENABLE 1, then VEL, RVEL, SETA, SETRA, HEAD and MOVE each with two arguments of either sign, CONFIG 1, "
-            "ENABLE 0, two SAY and two VEL2, one after another: each goes out once, to the byte, within 0.35 s."
+            "ENABLE 0, two SAY and two VEL2, one after another: each goes out once, to the byte, within 0.35 s; VEL, "
+            "RVEL and HEAD may be said again until the next one."
         ),
         sources=(MANUAL, ARIA, PLAYER, CHOICE + " how soon: three cycles of ARIA's"),
         needs=("client", "client.commands"),

@@ -810,7 +810,8 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         title="Inputs and outputs agree in SIP and IO packet",
         text=(
             "DIGOUT, ADSEL 1 to 5 and IOREQUEST 1: the SIP has the outputs and the port that were set; its outputs, "
-            "inputs and analog value are among those of the IO packet, whose analog values have ten bits."
+            "inputs and analog value are among those of the IO packet, whose analog values have ten bits; these may be "
+            "off by 2 of 256, but not each time to the same side."
         ),
         sources=(ARIA, f"{MANUAL}: ADSEL selects the port that a SIP shows, and the SIP says which"),
         needs=("server",),
@@ -834,7 +835,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         title="A robot that stands says so in every field",
         text=(
             "With the motors off, for a second: type 32, speeds 0, no stall bit; x, y, heading and setpoint stay "
-            "within a unit."
+            "within a unit, over their wraps, too."
         ),
         sources=(MANUAL,),
         needs=("server",),
@@ -846,7 +847,8 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         title="The SIP shows the heading that was asked for",
         text=(
             "SETO, HEAD, DHEAD from there, DCHEAD on that, each once to either side: bytes 17 and 18 are the angle "
-            "that is turned to, within 2 units, while the robot turns and behind that. Always 0 is not judged."
+            "that is turned to, within 2 units, or a whole turn off it, while the robot turns and behind that. DHEAD "
+            "begins at the heading at which the robot rests. Always 0 is not judged."
         ),
         sources=(f"{MANUAL}: the server's angular position servo setpoint", f"{AMRISIM}: 0"),
         needs=("server",),

@@ -108,7 +108,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
             "50 4B 54 21 0A 03 00 00 00 3F 00 00 80 BE 03 8C 42 0A, "
             "50 4B 54 21 0A 04 00 00 F0 41 00 00 F0 41 03 A1 E8 0A and "
             "50 4B 54 21 0D 05 0A D7 23 3C 17 B7 D1 38 17 B7 D1 38 53 4C 0A; likewise 0x03, 0x04 and 0x05 with other "
-            "numbers and flags behind these, each once."
+            "numbers and flags behind these, each once; 0x03 and 0x04 may be said again."
         ),
         sources=(f"{MANUAL}, reference of the protocol",),
         profiles=("documented", "g2"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import partial
 from typing import Any
 
 from hilbench.check import Violation, case
@@ -79,6 +80,7 @@ def test_each_figure_of_config_is_read(bench: ClientBench) -> None:
         else:
             connect(bench)
         server.run(UNDERSTAND_S)
+        server.wait(partial(_has_read, bench, sent), CONFIG_WITHIN_S)
         got = own_client(bench).config
         assert got is not None, "the CONFIG was not used"
         wrong = [
@@ -88,6 +90,10 @@ def test_each_figure_of_config_is_read(bench: ClientBench) -> None:
         ]
         if wrong:
             raise Violation(f"{len(wrong)} fields of the CONFIG were misread", wrong)
+
+
+def _has_read(bench: ClientBench, config: ConfigPacket) -> bool:
+    return own_client(bench).config == config
 
 
 _FIELDS_TO_WATCHDOG = 19

@@ -130,7 +130,7 @@ class ToldClient:
 
     def _understand(self, said: Mapping[str, Any]) -> None:
         if "state" in said:
-            self.state, self.failure = ClientState[said["state"]], said.get("failure", "")
+            self.state, self.failure = ClientState[said["state"]], _as(str, said.get("failure", ""))
         if "identification" in said:
             self.identification = _as(Identification, said["identification"])
         if "config" in said:

@@ -29,7 +29,7 @@ from targets.robots.car_host import CarState
 
 __all__ = ["TOLD_CAPABILITIES", "CarTeller", "ToldCar"]
 
-TOLD_CAPABILITIES = frozenset({"car"})
+TOLD_CAPABILITIES = frozenset({"car.told"})
 
 _COMMANDS: Mapping[str, type[AckermannCommand | ManualCommand]] = {
     kind.__name__: kind for kind in (AckermannCommand, ManualCommand)
@@ -78,7 +78,8 @@ class ToldCar:
         fields = {name: value for name, value in said.items() if name not in ("commanded", *_OF_PUBLISHED)}
         try:
             command = msgspec.convert(fields, _COMMANDS[said["commanded"]])
-            one = Published(ns=self._bench.now_ns, command=command, mode=said["mode"], by_node=said["by_node"])
+            mode, by_node = msgspec.convert((said["mode"], said["by_node"]), tuple[int | None, bool])
+            one = Published(ns=self._bench.now_ns, command=command, mode=mode, by_node=by_node)
         except (msgspec.ValidationError, KeyError, TypeError) as error:
             self._wrong = self._wrong or f"{error} in {dict(said)}"
         else:

@@ -426,3 +426,30 @@ def test_who_takes_an_unknown_robot_may_take_time_for_it(opens_after_s):
     cases = run_suites(options("C10"), foreign).cases
     assert {case.id: case.cause for case in cases if case.verdict not in (Verdict.PASS, Verdict.NOT_APPLICABLE)} == {}
     assert sum(case.verdict is Verdict.PASS for case in cases) == 1
+
+
+class SaysAgain(P2osClient):
+    """Says what it was told last of some commands again in each cycle, as ARIA does."""
+
+    def __init__(self, bench, port, client_options):
+        super().__init__(bench, port, client_options)
+        self._bench = bench
+        self._told = {}
+
+    def send(self, number, argument=None):
+        first = not self._told
+        if number in (CommandNumber.VEL, CommandNumber.RVEL, CommandNumber.HEAD):
+            self._told[number] = argument
+            if first:
+                self._bench.scheduler.after(to_ns(0.1), self._again, source="~again")
+        super().send(number, argument)
+
+    def _again(self):
+        for number, argument in self._told.items():
+            super().send(number, argument)
+        self._bench.scheduler.after(to_ns(0.1), self._again, source="~again")
+
+
+def test_who_says_a_command_again_is_right():
+    again = run_suites(options("C33"), provider(SaysAgain))
+    assert [(clause.verdict, clause.cause) for clause in again.clauses] == [(Verdict.PASS, "")]

@@ -7,6 +7,7 @@ whose fault is in what they do with a command.
 from __future__ import annotations
 
 import contextlib
+import itertools
 import random
 from dataclasses import replace
 from unittest.mock import patch
@@ -29,7 +30,8 @@ from hilbench.systems.pioneer.peer import Peer
 from hilbench.systems.pioneer.provider import VirtualProvider
 from measure.mutants.bench import MutantProvider
 from measure.mutants.each_its_own import Fault, judge
-from protocols.p2os import ROBOTS, CommandNumber, Identification, Sip
+from measure.mutants.late import AtPort, late_benches
+from protocols.p2os import ROBOTS, CommandNumber, EncoderPacket, Identification, Sip
 from protocols.p2os.clauses import CLAUSES
 from targets.robots.pioneer import commands, reports, robot
 from targets.robots.pioneer.auxport import AuxPort
@@ -37,6 +39,7 @@ from targets.robots.pioneer.bumpers import BumpGuard
 from targets.robots.pioneer.controller import Controller
 from targets.robots.pioneer.hostbaud import HostBaud
 from targets.robots.pioneer.motion import Motion
+from targets.robots.pioneer.requests import Extra
 from targets.robots.pioneer.sonar import SonarArrays
 from targets.robots.pioneer.speed_limits import SessionLimits
 from tests.each import each
@@ -311,6 +314,68 @@ def test_a_slow_robot_is_given_the_time_it_needs():
     with slow, of_the_line(max_speed_mm_s=400):
         report = run_suites(options("S52"), provider("pioneer-plane"))
     assert [clause.verdict for clause in report.clauses] == [Verdict.PASS], [clause.cause for clause in report.clauses]
+
+
+# --- robots that are otherwise, and right; and what is not judged
+
+
+@contextlib.contextmanager
+def rests_off(units):
+    """Shift the heading, from which DHEAD turns, against the setpoint."""
+    with (
+        sip(lambda s: replace(s, th_raw=s.th_raw + units)),
+        instead(Motion, "turn_by", lambda do: lambda self, deg: do(self, deg + units * 360 / 4096)),
+    ):
+        yield
+
+
+def other_robots():
+    """Yield clause, what is otherwise about the robot, and what makes it so."""
+    ticks = itertools.count()
+    yield (
+        "S90",
+        "x flickers below 0",
+        sip(lambda s: replace(s, x_raw=(s.x_raw - next(ticks) % 2) & 0x7FFF)),
+    )
+    yield (
+        "S91",
+        "rests 5 units off its goal",
+        rests_off(5),
+    )
+    yield "S91", "setpoint of a whole turn", sip(lambda s: replace(s, control_raw=s.control_raw % 4096))
+    yield "S88", "a noisy converter", sip(lambda s: replace(s, analog=s.analog + s.timer % 2))
+
+
+def verdict_of(clause_id, robot):
+    with robot:
+        (clause,) = run_suites(options(clause_id), provider("pioneer-plane")).clauses
+    return clause.verdict, clause.cause
+
+
+@each("clause_id, what, robot", other_robots())
+def test_a_robot_that_is_otherwise_is_right(clause_id, what, robot):
+    assert verdict_of(clause_id, robot) == (Verdict.PASS, ""), what
+
+
+def test_analog_values_that_are_always_off_are_found():
+    verdict, cause = verdict_of("S88", sip(lambda s: replace(s, analog=s.analog - 1)))
+    assert (verdict, "off by [1, 1, 1, 1, 1] of 256" in cause) == (Verdict.FAIL, True)
+
+
+def test_encoders_that_stand_still_are_found():
+    zeros = patch.dict(reports._MAKERS, {Extra.ENCODER: lambda c, now_ns: EncoderPacket(left_ticks=0, right_ticks=0)})
+    assert verdict_of("S87", zeros) == (Verdict.FAIL, "the ticks go by 0 and 0 on a way ahead")
+
+
+def test_encoders_of_a_robot_that_does_not_drive_are_not_judged():
+    verdict, cause = verdict_of("S87", handler("VEL", lambda c, v: None))
+    assert (verdict, "nothing to hold its encoders against" in cause) == (Verdict.INCONCLUSIVE, True)
+
+
+def test_bytes_that_are_read_late_show_no_new_rate():
+    with handler("HOSTBAUD", lambda c, v: None), late_benches(0.4, 4):
+        (clause,) = run_suites(options("S57"), AtPort(provider("pioneer-plane"))).clauses
+    assert clause.verdict is Verdict.INCONCLUSIVE
 
 
 # --- what the cases measure with

@@ -33,6 +33,7 @@ from protocols.pkt import (
     MotorThrottles,
     PacketTotals,
     Resync,
+    SpeedSetpoints,
     UnknownReport,
 )
 from protocols.pkt.clauses import HOST_CLAUSES
@@ -105,6 +106,25 @@ class LongitudeFirst(GroundStation):
         super()._keep(report)
 
 
+class SaysAgain(GroundStation):
+    """Says the motor command of last ten times a second, as a rover that watches its link wants it."""
+
+    def __init__(self, bench, port, profile):
+        super().__init__(bench, port, profile)
+        self._bench = bench
+        self._motors = None
+        self._again()
+
+    def send(self, command):
+        self._motors = command if isinstance(command, MotorThrottles | SpeedSetpoints) else self._motors
+        super().send(command)
+
+    def _again(self):
+        if self._motors is not None:
+            super().send(self._motors)
+        self._bench.scheduler.after(100_000_000, self._again, source="~again")
+
+
 def documented():
     """The documented host in the place of one that splits lines."""
 
@@ -167,6 +187,12 @@ def test_each_clause_finds_each_host_that_is_wrong_for_it():
     verdicts = judge(OPTIONS, make_provider(OPTIONS), faults(), until_found=True)
     assert verdicts.not_found == {}
     assert verdicts.found_by == {clause.id for clause in HOST_CLAUSES}
+
+
+def test_who_says_a_motor_command_again_is_right():
+    provider = RoverProvider(shared_bench(), make_host=SaysAgain)
+    cases = run_suites(replace(OPTIONS, select="P53"), provider).cases
+    assert [(case.verdict, case.cause) for case in cases] == [(Verdict.PASS, "")] * len(cases)
 
 
 REQUEST = bytes.fromhex("504B54210100E1F00A")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict, replace
 
 import pytest
 
@@ -14,7 +15,7 @@ from hilbench.bench.shared import Shared
 from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, Violation, run_suites
 from hilbench.check.bench_provider import make_provider
-from hilbench.clock import Scheduler
+from hilbench.clock import NS_PER_MS, Scheduler
 from hilbench.errors import UsageError
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
@@ -25,6 +26,7 @@ from hilbench.systems.rover.told_station import ToldStation
 from hilbench.systems.vehicle.told_car import ToldCar
 from hilbench.terminal.options import TargetChoice
 from measure.mutants.derived.subjects import SUBJECTS, opened
+from protocols.carla import AckermannCommand
 from protocols.pkt import PROFILES, ClientState, GeneralReport, PacketTotals
 
 OF_OURS_ALONE = {
@@ -33,6 +35,10 @@ OF_OURS_ALONE = {
     "carla-host": {"VS11H", "VS18", "VS19", "VS25"},
 }
 """By subject the clauses that ask for more: a client of another profile, its rates, its own end of the port."""
+
+
+BY_OWN_REPORT = {"carla-host": {"car"}}
+"""By subject what only the client's own word says, where ours is seen to do it."""
 
 
 @pytest.mark.slow("three suites of a client, in bench time")
@@ -45,6 +51,28 @@ def test_a_client_that_tells_is_judged_as_ours_is(name):
     verdicts = {clause.id: clause.verdict for clause in report.clauses}
     assert {clause for clause, verdict in verdicts.items() if verdict is Verdict.NOT_APPLICABLE} == OF_OURS_ALONE[name]
     assert set(verdicts.values()) == {Verdict.PASS, Verdict.NOT_APPLICABLE}
+    assert {need for clause in report.clauses for need in clause.by_own_report} == BY_OWN_REPORT.get(name, set())
+
+
+class TellsLate:
+    """A line of a client that hears and tells some time later."""
+
+    def __init__(self, bench, port):
+        self._after = lambda do: bench.scheduler.after(150 * NS_PER_MS, do, source="~late")
+        self._port = port
+        port.on_receive = lambda data, at_ns: self._after(lambda: self.on_receive(data, at_ns))
+
+    def write(self, data):
+        self._after(lambda: self._port.write(data))
+
+
+def test_who_tells_its_configuration_late_has_read_it():
+    right = SUBJECTS["p2os-client"]
+    subject = replace(right, tell=lambda bench, client, port: right.tell(bench, client, TellsLate(bench, port)))
+    options = CheckOptions(bench=subject.bench, suites=subject.suites, select="C31")
+    with opened(subject, lambda _scheduler, port: port, at_port=True) as provider:
+        report = run_suites(options, provider)
+    assert [(clause.verdict, clause.cause) for clause in report.clauses] == [(Verdict.PASS, "")]
 
 
 def line():
@@ -70,6 +98,28 @@ def test_lines_in_pieces_are_put_together():
     assert end.senseless == '{"c"}'
 
 
+@pytest.mark.parametrize(
+    "nonsense",
+    [
+        b"[" * 100_000 + b"\n",
+        b'{"a":' * 100_000 + b"\n",
+        b'{"config": {"\\ud800": 1}}\n',
+        b"9" * 5000 + b"\n",
+        b"x" * 1_000_001,
+    ],
+    ids=["arrays in arrays", "objects in objects", "half a character", "a number of 5000 digits", "a line without end"],
+)
+def test_lines_that_are_hostile_are_refused(nonsense):
+    _bench, port, say = line()
+    came = []
+    end = ReportLine(port, came.append)
+    say(nonsense)
+    assert end.senseless == nonsense[:80].decode().rstrip("\n")
+    assert came == []
+    say(b"\n", {"a": 1})
+    assert came == [{"a": 1}]
+
+
 def test_a_station_is_known_by_what_it_tells():
     bench, port, say = line()
     station = ToldStation(bench, port, PROFILES["documented"])
@@ -93,11 +143,23 @@ def test_nonsense_of_a_station_is_its_own_fault(nonsense):
         _ = station.counts
 
 
-@pytest.mark.parametrize(("make", "look"), [(ToldClient, "sips"), (ToldCar, "published")])
-def test_nonsense_of_others_too(make, look):
+COMMANDED = {"commanded": "AckermannCommand", **asdict(AckermannCommand())}
+
+
+@pytest.mark.parametrize(
+    ("make", "look", "nonsense"),
+    [
+        (ToldClient, "sips", {"sip": {}}),
+        (ToldClient, "sips", {"state": "OPEN", "failure": [1]}),
+        (ToldCar, "published", {"commanded": "Nothing"}),
+        (ToldCar, "published", {**COMMANDED, "mode": "one", "by_node": False}),
+        (ToldCar, "published", {**COMMANDED, "mode": 1, "by_node": [2]}),
+    ],
+)
+def test_nonsense_of_others_too(make, look, nonsense):
     bench, port, say = line()
     told = make(bench, port)
-    say({"sip": {}, "commanded": "Nothing"})
+    say(nonsense)
     with pytest.raises(Violation, match="makes no sense"):
         getattr(told, look)
 
