@@ -32,6 +32,8 @@ def bench_schema() -> dict[str, Any]:
     properties["settings"] |= {"anyOf": [*models, {"type": "object"}]}
     properties["model"] |= {"anyOf": [{"enum": [*there]}, {"type": "string"}]}
     del properties["model"]["type"]
+    (bench,) = (one["properties"] for one in schema["$defs"].values() if "world" in one.get("properties", {}))
+    del bench["world"]["default"]["physics"]  # that of this machine
     vehicle = schema["$defs"]["World"]["properties"]["vehicle"]
     vehicle["anyOf"] = [
         {"enum": [name for system in systems for name in system.vehicles]},

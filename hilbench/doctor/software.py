@@ -13,7 +13,7 @@ from hilbench.errors import UnavailableError
 
 __all__ = ["look_at_software"]
 
-_OLDEST, _NEWEST = (3, 11), (3, 13)
+_OLDEST, _NEWEST = (3, 11), (3, 14)
 _COMPILER = "arm-none-eabi-gcc"
 _PHYSICS = (("bullet", "pybullet", "pybullet"), ("mujoco", "mujoco", "mujoco-core"))
 """Each physics of bodies, the module of its library, and the distribution that brings it; the first is the default."""

@@ -66,6 +66,8 @@ def loaded_after_each(run, folder, lines):
     return [(code, set(loaded)) for code, loaded in told]
 
 
+BY_PYTEST = {"asyncio"} if sys.version_info >= (3, 14) else set()
+"""What pytest loads there by itself."""
 ALLOWED = {
     "--help": set(),
     "--version": set(),
@@ -85,7 +87,7 @@ ALLOWED = {
     "ports": {"msgspec"},
     "validate pioneer": {"msgspec", "numpy"},
     "validate boards.toml": {"msgspec", "numpy"},
-    "check pioneer-plane --list": {"msgspec", "numpy", "pytest", "_pytest", "serial"},
+    "check pioneer-plane --list": {"msgspec", "numpy", "pytest", "_pytest", "serial", *BY_PYTEST},
 }
 """What each command may load; what one of them has loaded, the next one finds there."""
 

@@ -37,14 +37,14 @@ def full(error):
 # --- software
 
 
-@problem("Python", State.CROSS, "3.10.4 is too old, hilbench needs 3.11 to 3.13", "python3.11 -m venv")
+@problem("Python", State.CROSS, "3.10.4 is too old, hilbench needs 3.11 to 3.14", "python3.11 -m venv")
 def an_old_python(bench):
     bench.change(python=(3, 10, 4))
 
 
-@problem("Python", State.WARNING, "3.14.0 is newer than those it is tested with", "use a Python of 3.11 to 3.13")
+@problem("Python", State.WARNING, "3.15.0 is newer than those it is tested with", "use a Python of 3.11 to 3.14")
 def a_new_python(bench):
-    bench.change(python=(3, 14, 0))
+    bench.change(python=(3, 15, 0))
 
 
 @problem("wheels", State.CROSS, "pyserial is not installed", "/env/bin/python -m pip install 'pyserial<4,>=3.5'")
