@@ -264,6 +264,15 @@ class Vehicle:
         baud = self.stack.port.baud
         return pings[0][0].start_ns - (10 * NS_PER_S // baud if baud else 0)
 
+    @property
+    def linked_ns(self) -> int:
+        """When the way to the driving stack was there: with the first ping, or with the last object that it needs.
+
+        Raises:
+            Violation: the board has not pinged.
+        """
+        return self.started_ns if self.stack.made_ns is None else self.stack.made_ns
+
     # --- frames
 
     def shown(self, frames: Sequence[Frame]) -> Sequence[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from hilbench.bench import Bench
 from hilbench.bench.line_peer import Sound, Unsound
@@ -101,7 +101,10 @@ class MicroRosPeer(StackPeer):
                 yield Unsound(reason=item.reason.name, data=item.data)
                 continue
             found = self._take_events(self.end.receive(item.raw, at_ns))
-            if _is_ping(item.payload):
+            said = _said(item.payload)
+            if any(isinstance(one, xrce.Create) for one in said):
+                self.made_ns = at_ns
+            if any(isinstance(one, xrce.GetInfo) for one in said) and _is_outside(item.payload):
                 found.append(AgentPing())
             for message in found or [None]:
                 yield Sound(raw=item.raw, packet=message)
@@ -128,12 +131,15 @@ class MicroRosPeer(StackPeer):
             self._due = scheduler.at(when_ns, self._advance, order=EventClass.TIMER, source="~agent")
 
 
-def _is_ping(payload: bytes) -> bool:
-    """Say whether a message asks outside of any session whether an agent is there."""
+def _said(payload: bytes) -> Sequence[object]:
+    """Return the submessages of a message; none if it makes no sense."""
     try:
-        header, body = xrce.decode_header(payload)
-        said = [xrce.decode_submessage(raw) for raw in xrce.split_submessages(body)]
+        _, body = xrce.decode_header(payload)
+        return [xrce.decode_submessage(raw) for raw in xrce.split_submessages(body)]
     except xrce.RemoteProtocolError:
-        return False
-    outside = header.session_id in (xrce.NO_SESSION, xrce.NO_SESSION_WITH_KEY)
-    return outside and any(isinstance(one, xrce.GetInfo) for one in said)
+        return ()
+
+
+def _is_outside(payload: bytes) -> bool:
+    """Say whether a message that makes sense belongs to no session: with GET_INFO it asks whether an agent is there."""
+    return xrce.decode_header(payload)[0].session_id in (xrce.NO_SESSION, xrce.NO_SESSION_WITH_KEY)

@@ -51,6 +51,7 @@ class StackPeer(LinePeer[StackMessage]):
     Attributes:
         command: what `commands` sends.
         commands: sends it at a rate, once started.
+        made_ns: when the board asked for the last object that the line needs; None if it needs none.
     """
 
     REPLY_WITHIN_S = REPLY_WITHIN_S
@@ -59,6 +60,7 @@ class StackPeer(LinePeer[StackMessage]):
         self._answers_pings = True
         self.command = AckermannControlCommand()
         self.commands = Feed(bench, self._send_command, name="stack")
+        self.made_ns: int | None = None
         self._sequence = 0
         super().__init__(bench, port)
 

@@ -23,7 +23,7 @@ CLAUSES: tuple[Clause, ...] = (
         title="Frames that nobody filled",
         text=(
             "With the agent there and no command, the board sends nine times 30 bytes of anything, 110 ms apart, then "
-            "mode 4 from 1.1 s after the first ping on."
+            "mode 4 from 1.1 s after the way to it is there on: the first ping, or with micro-ROS the last object."
         ),
         sources=(f"{TASK}: ucTxMsgToCarla has no value yet",),
         profiles=SHIPPED,
@@ -35,7 +35,10 @@ CLAUSES: tuple[Clause, ...] = (
         suite=SUITE,
         level="must",
         title="Nothing before there is something to say",
-        text="With the agent there and no command, the first frame comes 1.1 s after the first ping and has mode 4.",
+        text=(
+            "With the agent there and no command, the first frame comes 1.1 s after the way to it is there (the first "
+            "ping, or with micro-ROS the last object) and has mode 4."
+        ),
         sources=(CHOICE,),
         profiles=HARDENED,
         needs=("board", "stack", "boot"),
