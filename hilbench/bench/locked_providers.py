@@ -287,16 +287,16 @@ class FarEnd:
         serve: begins to serve at a port.
         case: makes the bench of a case.
         capabilities: of a bench with it, beside those of the client.
-        told: makes what knows what a client tells on a line of its own, from the checker's end of that; None where
+        reporting: makes what knows what a client tells on a line of its own, from the checker's end of that; None where
             nobody would understand it.
-        told_capabilities: of a bench with such a client, beside these.
+        reported_capabilities: of a bench with such a client, beside these.
     """
 
     serve: Callable[[Bench, Port], Any]
     case: Callable[[Bench, CaseInfo, Any, Any, LineFaults | None], CaseBase]
     capabilities: frozenset[str] = frozenset()
-    told: Callable[[Bench, Port], Any] | None = None
-    told_capabilities: frozenset[str] = frozenset()
+    reporting: Callable[[Bench, Port], Any] | None = None
+    reported_capabilities: frozenset[str] = frozenset()
 
 
 class _ClientProvider(LockedProvider, ABC):
@@ -377,9 +377,9 @@ class ExecProvider(_ClientProvider):
         self._tells = f"{{{REPORT}}}" in command
         self._report: Port | None = None
         if self._tells:
-            if far_end.told is None:
+            if far_end.reporting is None:
                 raise UsageError("nobody here would understand what it reports", where=f"exec:{command}")
-            self.capabilities |= far_end.told_capabilities
+            self.capabilities |= far_end.reported_capabilities
 
     def _open_door(self) -> tuple[Port, str]:
         door, where = self._open_line()
@@ -399,11 +399,11 @@ class ExecProvider(_ClientProvider):
             self._report.close()
         super().close()
 
-    def _told(self) -> Any:
+    def _reporting(self) -> Any:
         """Return what knows what the next client tells; None if it tells nothing."""
-        if self._report is None or self._far_end.told is None:
+        if self._report is None or self._far_end.reporting is None:
             return None
-        return self._far_end.told(self._bench, self._report)
+        return self._far_end.reporting(self._bench, self._report)
 
     def _open_line(self) -> tuple[Port, str]:
         line = Line(baud=_baud_of(self._shared.bench_file))
@@ -416,7 +416,7 @@ class ExecProvider(_ClientProvider):
         return tcp, _url_of(tcp)
 
     def _client(self) -> ClientUnderTest:
-        return ExecClient(self._command, self._names, self._told())
+        return ExecClient(self._command, self._names, self._reporting())
 
 
 def _is_up(port: Port) -> bool:

@@ -10,9 +10,12 @@ import json
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import msgspec
+
+from hilbench.judging.verdicts import Violation
 from hilbench.links import Port
 
-__all__ = ["REPORT", "ReportLine"]
+__all__ = ["REPORT", "ClientReports", "ReportLine"]
 
 REPORT = "report"
 """What stands in braces where a command wants the path of this line."""
@@ -65,3 +68,39 @@ class ReportLine:
 
     def _refuse(self, line: bytes) -> None:
         self.senseless = self.senseless or line[:80].decode("utf-8", "replace")
+
+
+class ClientReports:
+    """The checker's end of it, where what a client says may make no sense.
+
+    Args:
+        port: of this line alone.
+        who: says it, for the verdict: ``the client``.
+        understand: called with each object that comes; what `msgspec.ValidationError`, `KeyError` or `TypeError` it
+            raises is held against the client.
+
+    Attributes:
+        say: sends an object, as that of `ReportLine`.
+    """
+
+    def __init__(self, port: Port, who: str, understand: Callable[[Mapping[str, Any]], None]) -> None:
+        self._who = who
+        self._understand = understand
+        self._wrong = ""
+        self._line = ReportLine(port, self._take)
+        self.say = self._line.say
+
+    def require_sense(self) -> None:
+        """Hold the first thing that made no sense against the client.
+
+        Raises:
+            Violation: there was one.
+        """
+        if wrong := self._line.senseless or self._wrong:
+            raise Violation(f"{self._who} reports what makes no sense: {wrong}")
+
+    def _take(self, said: Mapping[str, Any]) -> None:
+        try:
+            self._understand(said)
+        except (msgspec.ValidationError, KeyError, TypeError) as error:
+            self._wrong = self._wrong or f"{error} in {dict(said)}"

@@ -9,8 +9,8 @@ from hilbench.check import Untimely, Violation
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError, UnavailableError
 from hilbench.systems.pioneer.client import P2osClient
+from hilbench.systems.pioneer.reporting_client import ReportingClient
 from hilbench.systems.pioneer.scripted import Heard, ScriptedServer
-from hilbench.systems.pioneer.told_client import ToldClient
 from hilbench.systems.pioneer.under_test import ClientUnderTest
 from protocols.p2os import ClientState, Identification, Sip, SipReading, SyncEcho, encode_packet
 
@@ -150,7 +150,7 @@ def require_end(bench: ClientBench, within_s: float, why: str) -> None:
         raise Untimely(f"the client still talks after {within_s:g} s: {why}", spare_s=within_s / 2)
 
 
-def own_client(bench: ClientBench) -> P2osClient | ToldClient:
+def own_client(bench: ClientBench) -> P2osClient | ReportingClient:
     """Return the client that can be asked and told; only for cases that need one."""
     own = bench.client.own
     if own is None:

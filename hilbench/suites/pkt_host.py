@@ -21,8 +21,8 @@ from hilbench.errors import InternalError, UnavailableError
 from hilbench.suites._spoiling import other_rules
 from hilbench.systems.rover.cases import HostCase
 from hilbench.systems.rover.ground_station import GroundStation, Telemetry
+from hilbench.systems.rover.reporting_station import ReportingStation
 from hilbench.systems.rover.scripted import HeardCommand, ScriptedRover
-from hilbench.systems.rover.told_station import ToldStation
 from protocols.pkt import (
     ClientState,
     Command,
@@ -95,7 +95,7 @@ def _first_byte_s(bench: HostCase) -> float:
     return 0.5 if _is_ours(bench) else START_WITHIN_S
 
 
-def _own(host: HostCase) -> GroundStation | ToldStation:
+def _own(host: HostCase) -> GroundStation | ReportingStation:
     if host.client.own is None:
         raise InternalError("the case needs to ask the host and has not said so")
     return host.client.own

@@ -39,7 +39,7 @@ class Clause(clause.Clause):
             board `stack` (be its driving stack), `joystick` (hold it, press it), `lamps` (see them), `indicators` (see
             the turn indicators), `boot` (begin from power-up), `line errors` (make a framing error), `hang` (have its
             program do nothing more); for a simulator `car` (see what the car is commanded, and say what it does), `read
-            errors` (make its reads fail). Of `stand_ins`: `car.told` (the simulator's side tells what its car is
+            errors` (make its reads fail). Of `stand_ins`: `car.reported` (the simulator's side tells what its car is
             commanded).
     """
 

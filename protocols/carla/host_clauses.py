@@ -15,7 +15,7 @@ _ALL = ("hardened", "v0", "v1")
 _HARDENED = ("hardened",)
 _SHIPPED = ("v0", "v1")
 _CAR = ("simulator", "car")
-_TOLD = ("simulator", "car.told")
+_REPORTED = ("simulator", "car.reported")
 _PAIR = ("simulator", "car", "board")
 _LINE = ("simulator",)
 _OWN_END = ("simulator", "car", "read errors")
@@ -35,7 +35,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{NODE} publish_to_carla",),
         profiles=_ALL,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS02",
@@ -49,7 +49,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{NODE} publish_to_carla",),
         profiles=_ALL,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS03",
@@ -63,7 +63,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{NODE} publish_to_carla", f"{ACKERMANN}: speed 0 is full deceleration, and the hand brake at rest"),
         profiles=_ALL,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS04",
@@ -74,7 +74,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{NODE} publish_to_carla",),
         profiles=_ALL,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS05",
@@ -85,7 +85,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(_PARSER,),
         profiles=_ALL,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS06",
@@ -101,7 +101,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS06H",
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS06H",
@@ -115,7 +115,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(LINE, CHOICE),
         profiles=_HARDENED,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS07",
@@ -127,7 +127,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS07H",
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS07H",
@@ -138,7 +138,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS08",
@@ -150,7 +150,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS08H",
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS08H",
@@ -161,7 +161,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS09",
@@ -173,7 +173,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS09H",
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS09H",
@@ -184,7 +184,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS10",
@@ -196,7 +196,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS10H",
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS10H",
@@ -207,7 +207,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS11",
@@ -240,7 +240,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS12H",
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS12H",
@@ -251,7 +251,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS13",
@@ -275,7 +275,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{NODE} velocity_status_sub_callback, steering_status_sub_callback",),
         profiles=_ALL,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS15",
@@ -288,7 +288,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{NODE} velocity_status_sub_callback",),
         profiles=_ALL,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS16",
@@ -302,7 +302,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(f"{CAB}: -1.0292 rad x steer",),
         profiles=_ALL,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS17",
@@ -314,7 +314,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS17H",
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS17H",
@@ -325,7 +325,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=("autoware_auto_vehicle_msgs/VelocityReport in the axes of REP 103", CHOICE),
         profiles=_HARDENED,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS18",
@@ -397,7 +397,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS22H",
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS22H",
@@ -408,7 +408,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS23",
@@ -420,7 +420,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS23H",
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS23H",
@@ -431,7 +431,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS24",
@@ -443,7 +443,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS24H",
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS24H",
@@ -457,7 +457,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS25",
@@ -482,7 +482,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS26H",
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS26H",
@@ -496,7 +496,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS27",
@@ -508,7 +508,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS27H",
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS27H",
@@ -523,7 +523,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE + ": the limits are 2.5 rad, 50 rad/s, 150 m/s, 100 m/s^2, 1000 m/s^3, and 10 for each of F2",),
         profiles=_HARDENED,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS28",
@@ -535,7 +535,7 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         profiles=_SHIPPED,
         twin="VS28H",
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
     Clause(
         id="VS28H",
@@ -546,6 +546,6 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=_HARDENED,
         needs=_CAR,
-        stand_ins=_TOLD,
+        stand_ins=_REPORTED,
     ),
 )

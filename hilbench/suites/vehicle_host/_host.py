@@ -12,7 +12,7 @@ from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError, UnavailableError
 from hilbench.systems.vehicle.car_simulator import CarSimulator, Published
 from hilbench.systems.vehicle.cases import CarHostCase
-from hilbench.systems.vehicle.told_car import ToldCar
+from hilbench.systems.vehicle.reporting_car import ReportingCar
 from protocols.carla import BAUD, VECTORS, AckermannCommand, ManualCommand, decode_command
 from protocols.carla.clauses import HOST_CLAUSES
 from targets.robots.car_host import CarState
@@ -68,7 +68,7 @@ class Host:
         self.bench = there.bench
 
     @property
-    def own(self) -> CarSimulator | ToldCar:
+    def own(self) -> CarSimulator | ReportingCar:
         """Ours, or a foreign one that tells what its car is commanded.
 
         Raises:

@@ -25,9 +25,9 @@ from hilbench.systems.pioneer.cases import (
 )
 from hilbench.systems.pioneer.observing import VirtualObserver
 from hilbench.systems.pioneer.peer import Peer
+from hilbench.systems.pioneer.reporting_client import REPORTED_CAPABILITIES, ReportingClient
 from hilbench.systems.pioneer.robot import PioneerPlan, plan_of
 from hilbench.systems.pioneer.scripted import ScriptedServer
-from hilbench.systems.pioneer.told_client import TOLD_CAPABILITIES, ToldClient
 from hilbench.systems.pioneer.under_test import OWN_CAPABILITIES
 
 __all__ = [
@@ -43,8 +43,8 @@ P2OS_SERVER = FarEnd(
     serve=ScriptedServer,
     case=ForeignClientCase,
     capabilities=frozenset({"P2OS"}),
-    told=ToldClient,
-    told_capabilities=TOLD_CAPABILITIES,
+    reporting=ReportingClient,
+    reported_capabilities=REPORTED_CAPABILITIES,
 )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hilbench.bench.under_test import OwnUnderTest, UnderTest
 from hilbench.systems.pioneer.client import P2osClient
-from hilbench.systems.pioneer.told_client import ToldClient
+from hilbench.systems.pioneer.reporting_client import ReportingClient
 from protocols.p2os import LocalProtocolError
 
 __all__ = ["OWN_CAPABILITIES", "ClientUnderTest", "OwnClient"]
@@ -13,7 +13,7 @@ OWN_CAPABILITIES = frozenset(
     {"client", "client.restart", "client.disconnect", "client.commands", "client.report", "client.options"}
 )
 
-ClientUnderTest = UnderTest[P2osClient | ToldClient]
+ClientUnderTest = UnderTest[P2osClient | ReportingClient]
 """A client that can be made to connect."""
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from hilbench.bench.under_test import OwnUnderTest, UnderTest
 from hilbench.systems.rover.ground_station import GroundStation
-from hilbench.systems.rover.told_station import ToldStation
+from hilbench.systems.rover.reporting_station import ReportingStation
 from protocols.pkt import LocalProtocolError
 
 __all__ = ["OWN_HOST_CAPABILITIES", "HostUnderTest", "OwnHost"]
 
 OWN_HOST_CAPABILITIES = frozenset({"client", "client.report", "client.commands", "client.disconnect"})
 
-HostUnderTest = UnderTest[GroundStation | ToldStation]
+HostUnderTest = UnderTest[GroundStation | ReportingStation]
 """A host that can be made to speak to its rover."""
 
 

@@ -29,8 +29,8 @@ from hilbench.systems.rover.ground_station import GroundStation
 from hilbench.systems.rover.hands import HANDS, REOPEN, OperatorHands
 from hilbench.systems.rover.observing import RoverObserver
 from hilbench.systems.rover.peer import RoverPeer
+from hilbench.systems.rover.reporting_station import REPORTED_CAPABILITIES, ReportingStation
 from hilbench.systems.rover.scripted import ScriptedRover
-from hilbench.systems.rover.told_station import TOLD_CAPABILITIES, ToldStation
 from protocols.pkt import PROFILES, Profile, ReportId
 from targets.robots.rover import PROFILE_NAMES, RoverSettings
 
@@ -174,8 +174,8 @@ def foreign_host(shared: Shared) -> FarEnd:
         serve=serve,
         case=HostCase,
         capabilities=frozenset({"PKT!", f"program '{profile}'"}),
-        told=lambda bench, port: ToldStation(bench, port, PROFILES[profile]),
-        told_capabilities=TOLD_CAPABILITIES,
+        reporting=lambda bench, port: ReportingStation(bench, port, PROFILES[profile]),
+        reported_capabilities=REPORTED_CAPABILITIES,
     )
 
 

@@ -24,9 +24,9 @@ from hilbench.systems.vehicle.car_simulator import CarSimulator, HostFactory, Ow
 from hilbench.systems.vehicle.hands import ModelHands, VehicleHands
 from hilbench.systems.vehicle.micro_ros_peer import stack_peer
 from hilbench.systems.vehicle.micro_ros_settings import MicroRosSettings
+from hilbench.systems.vehicle.reporting_car import ReportingCar
 from hilbench.systems.vehicle.simulator_peer import BoardPeer, SimulatorPeer
 from hilbench.systems.vehicle.stack_peer import StackPeer
-from hilbench.systems.vehicle.told_car import ToldCar
 from protocols.carla import BAUD
 from targets.robots.car_host import CarHostSettings
 from targets.robots.vehicle_interface import SIMULATOR_LINE, STACK_LINE, VehicleInterface, VehicleSettings
@@ -187,7 +187,7 @@ class CarHostCase(CaseBase):
         bench: Bench,
         case: CaseInfo,
         board: BoardPeer,
-        client: UnderTest[CarSimulator | ToldCar],
+        client: UnderTest[CarSimulator | ReportingCar],
         faults: LineFaults | None = None,
     ) -> None:
         super().__init__(bench, case, faults)

@@ -43,9 +43,9 @@ from hilbench.systems.vehicle.hands import HANDS, OperatorHands
 from hilbench.systems.vehicle.micro_ros_peer import stack_peer
 from hilbench.systems.vehicle.micro_ros_settings import MicroRosSettings
 from hilbench.systems.vehicle.observing import VehicleObserver
+from hilbench.systems.vehicle.reporting_car import REPORTED_CAPABILITIES, ReportingCar
 from hilbench.systems.vehicle.simulator_peer import BoardPeer, SimulatorPeer
 from hilbench.systems.vehicle.stack_peer import StackPeer
-from hilbench.systems.vehicle.told_car import TOLD_CAPABILITIES, ToldCar
 from hilbench.terminal.options import TargetChoice
 from protocols.carla import BAUD
 from targets.robots.vehicle_interface import PROFILE_NAMES, SIMULATOR_LINE, STACK_LINE, VehicleSettings
@@ -329,8 +329,8 @@ def foreign_simulator(shared: Shared) -> FarEnd:
         serve=BoardPeer,
         case=CarHostCase,
         capabilities=frozenset({"CARLA", "simulator", f"program '{profile}'"}),
-        told=ToldCar,
-        told_capabilities=TOLD_CAPABILITIES,
+        reporting=ReportingCar,
+        reported_capabilities=REPORTED_CAPABILITIES,
     )
 
 

@@ -28,11 +28,11 @@ from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.protocol import ProtocolPlugin
 from hilbench.protocol_bench.system import system_of
 from hilbench.systems.pioneer.client import P2osClient
-from hilbench.systems.pioneer.told_client import ClientTeller
+from hilbench.systems.pioneer.reporting_client import ClientReporter
 from hilbench.systems.rover.ground_station import GroundStation
-from hilbench.systems.rover.told_station import StationTeller
+from hilbench.systems.rover.reporting_station import StationReporter
 from hilbench.systems.vehicle.car_simulator import CarSimulator
-from hilbench.systems.vehicle.told_car import CarTeller
+from hilbench.systems.vehicle.reporting_car import CarReporter
 from hilbench.terminal.options import TargetChoice
 from hilbench.through import Routes
 from measure.mutants.derived.fields import Reading
@@ -138,7 +138,7 @@ SUBJECTS = {
             suites=("pkt-host",),
             of_host=True,
             program=_ground_station,
-            tell=StationTeller,
+            tell=StationReporter,
             ports=_TELLING,
         ),
         Subject(
@@ -152,7 +152,7 @@ SUBJECTS = {
             suites=("p2os-client",),
             of_host=True,
             program=_p2os_client,
-            tell=ClientTeller,
+            tell=ClientReporter,
             ports=_TELLING,
         ),
         Subject(
@@ -178,7 +178,7 @@ SUBJECTS = {
             of_host=True,
             machines=frozenset({"LinkState"}),
             program=_car_simulator,
-            tell=CarTeller,
+            tell=CarReporter,
             ports=_TELLING,
         ),
     )
@@ -250,7 +250,7 @@ class _Started:
         self._provider = provider
         self._subject = subject
         self._host: Any = None
-        self.own = provider._told()
+        self.own = provider._reporting()
 
     def start(self) -> None:
         """Begin to connect."""

@@ -1,4 +1,4 @@
-"""A P2OS client of somebody else that tells on a line of its own what it understood, and does what it is told there.
+"""A P2OS client of somebody else that reports on a line of its own what it understood, and does what it is told there.
 
 ======================================================  ==========================================================
 The client says
@@ -26,8 +26,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from hilbench.bench import Bench
-from hilbench.bench.report_line import ReportLine
-from hilbench.judging.verdicts import Violation
+from hilbench.bench.report_line import ClientReports, ReportLine
 from hilbench.links import Port
 from hilbench.systems.pioneer.client import P2osClient
 from protocols.p2os import (
@@ -42,38 +41,38 @@ from protocols.p2os import (
     SipReading,
 )
 
-__all__ = ["TOLD_CAPABILITIES", "ClientTeller", "ToldClient"]
+__all__ = ["REPORTED_CAPABILITIES", "ClientReporter", "ReportingClient"]
 
-TOLD_CAPABILITIES = frozenset({"client.report", "client.commands"})
+REPORTED_CAPABILITIES = frozenset({"client.report", "client.commands"})
 
 KindT = TypeVar("KindT")
 
 _TAIL = "tail"
-"""What late firmware appends to a SIP is not told."""
+"""What late firmware appends to a SIP is not reported."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Told:
+class _Reported:
     """Where the robot is, as a tracker has it."""
 
     pose: Pose
 
 
-class ToldClient:
+class ReportingClient:
     """What the checker knows of such a client.
 
     Args:
         bench: whose time is used.
-        port: the checker's end of the line on which it tells.
+        port: the checker's end of the line on which it reports.
 
     Attributes:
         state: where its connection is.
         failure: why connecting failed, or why the connection was lost; empty if neither happened.
         identification: what the robot said it is; None before that.
-        config: the robot's configuration; None if it did not tell.
+        config: the robot's configuration; None if it did not report it.
         reading: the newest SIP in physical units; None before the session.
         pose: where the robot is; None before the session.
-        robot: None: it does not tell which parameters it took.
+        robot: None: it does not report which parameters it took.
     """
 
     robot: RobotParameters | None = None
@@ -85,20 +84,18 @@ class ToldClient:
         self.identification: Identification | None = None
         self.config: ConfigPacket | None = None
         self.reading: SipReading | None = None
-        self.pose: _Told | None = None
+        self.pose: _Reported | None = None
         self._sips: list[Sip] = []
-        self._wrong = ""
-        self._line = ReportLine(port, self._take)
+        self._line = ClientReports(port, "the client", self._understand)
 
     @property
     def sips(self) -> list[Sip]:
         """The SIPs that it understood, oldest first.
 
         Raises:
-            Violation: something that it told makes no sense.
+            Violation: something that it reported makes no sense.
         """
-        if wrong := self._line.senseless or self._wrong:
-            raise Violation(f"the client tells what makes no sense: {wrong}")
+        self._line.require_sense()
         return self._sips
 
     # --- what it is told
@@ -120,13 +117,7 @@ class ToldClient:
         """Have it drive each wheel."""
         self._line.say({"wheels": [left_mm_s, right_mm_s]})
 
-    # --- what it tells
-
-    def _take(self, said: Mapping[str, Any]) -> None:
-        try:
-            self._understand(said)
-        except (msgspec.ValidationError, KeyError, TypeError) as error:
-            self._wrong = self._wrong or f"{error} in {dict(said)}"
+    # --- what it reports
 
     def _understand(self, said: Mapping[str, Any]) -> None:
         if "state" in said:
@@ -137,7 +128,7 @@ class ToldClient:
             self.config = _as(ConfigPacket, said["config"])
         if "sip" in said:
             sip = _as(Sip, said["sip"])
-            self.reading, self.pose = _as(SipReading, said["reading"]), _Told(_as(Pose, said["pose"]))
+            self.reading, self.pose = _as(SipReading, said["reading"]), _Reported(_as(Pose, said["pose"]))
             self._sips.append(sip)
 
 
@@ -145,8 +136,8 @@ def _as(kind: type[KindT], said: object) -> KindT:
     return msgspec.convert(said, kind, str_keys=True)
 
 
-class ClientTeller:
-    """The other end: has our client tell what it understood, and do what it is told to.
+class ClientReporter:
+    """The other end: has our client report what it understood, and do what it is told to.
 
     Args:
         bench: whose time is used.
@@ -160,23 +151,23 @@ class ClientTeller:
         self._line = ReportLine(port, self._take)
         self._said: dict[str, object] = {}
         self._sips = 0
-        client.on_event = self._tell
+        client.on_event = self._report
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         client = self._client
         for name, packet in (("identification", client.identification), ("config", client.config)):
             if packet is not None:
-                self._tell_new(name, {name: asdict(packet)})
+                self._report_new(name, {name: asdict(packet)})
         reading, sips = client.reading, client.sips
         if reading is not None and client.pose is not None and len(sips) > self._sips:
             sip = {name: value for name, value in asdict(sips[-1]).items() if name != _TAIL}
-            told = {**asdict(reading), "no_echo": sorted(reading.no_echo)}
-            self._line.say({"sip": sip, "reading": told, "pose": asdict(client.pose.pose)})
+            read = {**asdict(reading), "no_echo": sorted(reading.no_echo)}
+            self._line.say({"sip": sip, "reading": read, "pose": asdict(client.pose.pose)})
         self._sips = len(sips)
         if client.identification is not None or client.state is not ClientState.OPEN:
-            self._tell_new("state", {"state": client.state.name, "failure": client.failure})
+            self._report_new("state", {"state": client.state.name, "failure": client.failure})
 
-    def _tell_new(self, name: str, said: dict[str, object]) -> None:
+    def _report_new(self, name: str, said: dict[str, object]) -> None:
         if self._said.get(name) != said:
             self._said[name] = said
             self._line.say(said)

@@ -20,10 +20,10 @@ from hilbench.errors import UsageError
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.systems.pioneer.cases import ForeignClientCase
+from hilbench.systems.pioneer.reporting_client import ReportingClient
 from hilbench.systems.pioneer.scripted import ScriptedServer
-from hilbench.systems.pioneer.told_client import ToldClient
-from hilbench.systems.rover.told_station import ToldStation
-from hilbench.systems.vehicle.told_car import ToldCar
+from hilbench.systems.rover.reporting_station import ReportingStation
+from hilbench.systems.vehicle.reporting_car import ReportingCar
 from hilbench.terminal.options import TargetChoice
 from measure.mutants.derived.subjects import SUBJECTS, opened
 from protocols.carla import AckermannCommand
@@ -122,7 +122,7 @@ def test_lines_that_are_hostile_are_refused(nonsense):
 
 def test_a_station_is_known_by_what_it_tells():
     bench, port, say = line()
-    station = ToldStation(bench, port, PROFILES["documented"])
+    station = ReportingStation(bench, port, PROFILES["documented"])
     say({"report": "GeneralReport", "accepted": 7, "rejected": 1}, {"state": "LINKED"})
     say({"totals": {"accepted": 300, "rejected": 2}})
     assert station.counts[GeneralReport] == 1
@@ -137,7 +137,7 @@ def test_a_station_is_known_by_what_it_tells():
 )
 def test_nonsense_of_a_station_is_its_own_fault(nonsense):
     bench, port, say = line()
-    station = ToldStation(bench, port, PROFILES["documented"])
+    station = ReportingStation(bench, port, PROFILES["documented"])
     say(nonsense)
     with pytest.raises(Violation, match="makes no sense"):
         _ = station.counts
@@ -149,11 +149,11 @@ COMMANDED = {"commanded": "AckermannCommand", **asdict(AckermannCommand())}
 @pytest.mark.parametrize(
     ("make", "look", "nonsense"),
     [
-        (ToldClient, "sips", {"sip": {}}),
-        (ToldClient, "sips", {"state": "OPEN", "failure": [1]}),
-        (ToldCar, "published", {"commanded": "Nothing"}),
-        (ToldCar, "published", {**COMMANDED, "mode": "one", "by_node": False}),
-        (ToldCar, "published", {**COMMANDED, "mode": 1, "by_node": [2]}),
+        (ReportingClient, "sips", {"sip": {}}),
+        (ReportingClient, "sips", {"state": "OPEN", "failure": [1]}),
+        (ReportingCar, "published", {"commanded": "Nothing"}),
+        (ReportingCar, "published", {**COMMANDED, "mode": "one", "by_node": False}),
+        (ReportingCar, "published", {**COMMANDED, "mode": 1, "by_node": [2]}),
     ],
 )
 def test_nonsense_of_others_too(make, look, nonsense):

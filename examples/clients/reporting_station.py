@@ -1,9 +1,9 @@
 """A PKT! ground station that tells on a second port what it understood, so that all of it can be checked.
 
-    hilbench check rover-model --suite pkt-host --target 'exec:python telling_station.py {pty} {report}'
+    hilbench check rover-model --suite pkt-host --target 'exec:python reporting_station.py {pty} {report}'
 
 A station of your own needs none of hilbench for it: it writes one JSON object a line to that port, and reads what it is
-to send (`hilbench.systems.rover.told_station` has the words).
+to send (`hilbench.systems.rover.reporting_station` has the words).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from hilbench.clock import MonotonicHostClock, Scheduler
 from hilbench.journal import Journal
 from hilbench.links import SerialPort, parse_serial_target
 from hilbench.systems.rover.ground_station import GroundStation
-from hilbench.systems.rover.told_station import StationTeller
+from hilbench.systems.rover.reporting_station import StationReporter
 
 LAST_WORDS_S = 0.2
 
@@ -39,7 +39,7 @@ def main() -> None:
     ):
         scheduler.lock(host)
         try:
-            StationTeller(bench, station, to_checker)
+            StationReporter(bench, station, to_checker)
             station.connect()
             while not ended:
                 bench.run_for(0.05)

@@ -1,4 +1,4 @@
-"""A ground station of somebody else that tells on a line of its own what it understood, and does what it is told there.
+"""A foreign ground station that reports on a line of its own what it understood, and does what it is told there.
 
 ======================================================  ==========================================================
 The station says
@@ -21,9 +21,8 @@ from typing import Any
 import msgspec
 
 from hilbench.bench import Bench
-from hilbench.bench.report_line import ReportLine
+from hilbench.bench.report_line import ClientReports, ReportLine
 from hilbench.clock import NS_PER_MS
-from hilbench.judging.verdicts import Violation
 from hilbench.links import Port
 from hilbench.systems.rover.ground_station import GroundStation, Telemetry
 from protocols.pkt import (
@@ -46,12 +45,12 @@ from protocols.pkt import (
     SpeedSetpoints,
 )
 
-__all__ = ["TOLD_CAPABILITIES", "StationTeller", "ToldStation"]
+__all__ = ["REPORTED_CAPABILITIES", "ReportingStation", "StationReporter"]
 
 LOOK_NS = 50 * NS_PER_MS
 """How often a change of state is looked for. A choice."""
 
-TOLD_CAPABILITIES = frozenset({"client.report", "client.commands"})
+REPORTED_CAPABILITIES = frozenset({"client.report", "client.commands"})
 
 _COMMANDS: Mapping[str, type[Command]] = {
     kind.__name__: kind for kind in (RequestTelemetry, LedOn, LedOff, MotorThrottles, SpeedSetpoints, PidGains)
@@ -61,12 +60,12 @@ _REPORTS: Mapping[str, type[Report]] = {
 }
 
 
-class ToldStation:
+class ReportingStation:
     """What the checker knows of such a station.
 
     Args:
         bench: whose time is used.
-        port: the checker's end of the line on which it tells.
+        port: the checker's end of the line on which it reports.
         profile: what the rover speaks.
 
     Attributes:
@@ -83,18 +82,16 @@ class ToldStation:
         self._bench = bench
         self._counts: Counter[type[Report]] = Counter()
         self._totals: PacketTotals | None = None
-        self._wrong = ""
-        self._line = ReportLine(port, self._take)
+        self._line = ClientReports(port, "the client", self._understand)
 
     @property
     def counts(self) -> Counter[type[Report]]:
         """How many reports of each kind it has understood.
 
         Raises:
-            Violation: something that it told makes no sense.
+            Violation: something that it reported makes no sense.
         """
-        if wrong := self._line.senseless or self._wrong:
-            raise Violation(f"the client tells what makes no sense: {wrong}")
+        self._line.require_sense()
         return self._counts
 
     @property
@@ -106,15 +103,10 @@ class ToldStation:
         """Have it send a command."""
         self._line.say({"send": type(command).__name__, **asdict(command)})
 
-    def _take(self, said: Mapping[str, Any]) -> None:
-        try:
-            self._understand(dict(said))
-        except (msgspec.ValidationError, KeyError, TypeError) as error:
-            self._wrong = self._wrong or f"{error} in {said}"
-
-    def _understand(self, said: dict[str, Any]) -> None:
+    def _understand(self, said: Mapping[str, Any]) -> None:
         if "report" in said:
-            report = msgspec.convert(said, _REPORTS[said.pop("report")])
+            fields = {name: value for name, value in said.items() if name != "report"}
+            report = msgspec.convert(fields, _REPORTS[said["report"]])
             self._counts[type(report)] += 1
             self.latest[type(report)] = Telemetry(ns=self._bench.now_ns, report=report)
         if "state" in said:
@@ -123,8 +115,8 @@ class ToldStation:
             self._totals = msgspec.convert(said["totals"], PacketTotals)
 
 
-class StationTeller:
-    """The other end: has a ground station tell what it understood, and send what it is told to.
+class StationReporter:
+    """The other end: has a ground station report what it understood, and send what it is told to.
 
     Args:
         bench: whose time is used.
@@ -137,10 +129,10 @@ class StationTeller:
         self._station = station
         self._line = ReportLine(port, self._take)
         self._state = station.state
-        station.on_report = self._tell
+        station.on_report = self._report
         self._look()
 
-    def _tell(self, telemetry: Telemetry) -> None:
+    def _report(self, telemetry: Telemetry) -> None:
         report = telemetry.report
         if type(report).__name__ in _REPORTS:
             self._line.say({"report": type(report).__name__, **asdict(report)})
@@ -151,7 +143,7 @@ class StationTeller:
         if self._station.state is not self._state:
             self._state = self._station.state
             self._line.say({"state": self._state.name})
-        self._bench.scheduler.after(LOOK_NS, self._look, source="~teller")
+        self._bench.scheduler.after(LOOK_NS, self._look, source="~reporter")
 
     def _take(self, said: Mapping[str, Any]) -> None:
         fields = {name: value for name, value in said.items() if name != "send"}

@@ -1,4 +1,4 @@
-"""A simulator's side of somebody else that tells on a line of its own what its car is commanded.
+"""A simulator's side of somebody else that reports on a line of its own what its car is commanded.
 
 ==========================================================  ======================================================
 The simulator's side says
@@ -20,16 +20,15 @@ from typing import Any
 import msgspec
 
 from hilbench.bench import Bench
-from hilbench.bench.report_line import ReportLine
-from hilbench.judging.verdicts import Violation
+from hilbench.bench.report_line import ClientReports, ReportLine
 from hilbench.links import Port
 from hilbench.systems.vehicle.car_simulator import CarSimulator, Published
 from protocols.carla import AckermannCommand, ManualCommand
 from targets.robots.car_host import CarState
 
-__all__ = ["TOLD_CAPABILITIES", "CarTeller", "ToldCar"]
+__all__ = ["REPORTED_CAPABILITIES", "CarReporter", "ReportingCar"]
 
-TOLD_CAPABILITIES = frozenset({"car.told"})
+REPORTED_CAPABILITIES = frozenset({"car.reported"})
 
 _COMMANDS: Mapping[str, type[AckermannCommand | ManualCommand]] = {
     kind.__name__: kind for kind in (AckermannCommand, ManualCommand)
@@ -37,29 +36,27 @@ _COMMANDS: Mapping[str, type[AckermannCommand | ManualCommand]] = {
 _OF_PUBLISHED = ("mode", "by_node")
 
 
-class ToldCar:
+class ReportingCar:
     """What the checker knows of such a car.
 
     Args:
         bench: whose time is used.
-        port: the checker's end of the line on which it tells.
+        port: the checker's end of the line on which it reports.
     """
 
     def __init__(self, bench: Bench, port: Port) -> None:
         self._bench = bench
         self._published: list[Published] = []
-        self._wrong = ""
-        self._line = ReportLine(port, self._take)
+        self._line = ClientReports(port, "the simulator's side", self._understand)
 
     @property
     def published(self) -> list[Published]:
-        """What the car was commanded, oldest first, each with the time at which it was told.
+        """What the car was commanded, oldest first, each with the time at which it was reported.
 
         Raises:
-            Violation: something that was told makes no sense.
+            Violation: something that was reported makes no sense.
         """
-        if wrong := self._line.senseless or self._wrong:
-            raise Violation(f"the simulator's side tells what makes no sense: {wrong}")
+        self._line.require_sense()
         return self._published
 
     def report_by_hand(self) -> None:
@@ -74,20 +71,15 @@ class ToldCar:
         """Have it report ``velocity`` or ``steering``."""
         self._line.say({"report": list(what)})
 
-    def _take(self, said: Mapping[str, Any]) -> None:
+    def _understand(self, said: Mapping[str, Any]) -> None:
         fields = {name: value for name, value in said.items() if name not in ("commanded", *_OF_PUBLISHED)}
-        try:
-            command = msgspec.convert(fields, _COMMANDS[said["commanded"]])
-            mode, by_node = msgspec.convert((said["mode"], said["by_node"]), tuple[int | None, bool])
-            one = Published(ns=self._bench.now_ns, command=command, mode=mode, by_node=by_node)
-        except (msgspec.ValidationError, KeyError, TypeError) as error:
-            self._wrong = self._wrong or f"{error} in {dict(said)}"
-        else:
-            self._published.append(one)
+        command = msgspec.convert(fields, _COMMANDS[said["commanded"]])
+        mode, by_node = msgspec.convert((said["mode"], said["by_node"]), tuple[int | None, bool])
+        self._published.append(Published(ns=self._bench.now_ns, command=command, mode=mode, by_node=by_node))
 
 
-class CarTeller:
-    """The other end: has our simulator's side tell what its car is commanded, and do what it is told to.
+class CarReporter:
+    """The other end: has our simulator's side report what its car is commanded, and do what it is told to.
 
     Args:
         bench: whose time is used.
@@ -99,9 +91,9 @@ class CarTeller:
         del bench
         self._simulator = simulator
         self._line = ReportLine(port, self._take)
-        simulator.on_published = self._tell
+        simulator.on_published = self._report
 
-    def _tell(self, one: Published) -> None:
+    def _report(self, one: Published) -> None:
         about = {name: getattr(one, name) for name in _OF_PUBLISHED}
         self._line.say({"commanded": type(one.command).__name__, **asdict(one.command), **about})
 
