@@ -49,7 +49,7 @@ def clauses_page(suites: Callable[[Sequence[Clause]], str]) -> str:
         "# What an agent of DDS-XRCE must do, and a client\n\n"
         "`hilbench check xrce-agent` checks our agent; with `--target serial:PORT` or `--target socket://HOST:PORT` it "
         "checks another one that takes serial frames there. The checker is its client. `hilbench check xrce-client` "
-        "checks a client likewise, and the checker is its agent. A *should* that fails warns, and fails with "
+        "checks a client, too, and the checker is its agent. A *should* that fails warns, and fails with "
         "`--strict`.\n\n" + suites(CLAUSES)
     )
 

@@ -63,7 +63,7 @@ class Outcome:
         strange: bytes that came and were never said.
         said: packets that the station said and the rover counts; it does not count requests.
         accepted: packets that the rover says it has accepted.
-        rejected: likewise rejected.
+        rejected: packets that it says it has rejected.
         reports: how many the station has had.
         bench_s: how long it took in bench time.
         host_s: how long it took.

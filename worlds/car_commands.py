@@ -42,7 +42,7 @@ class CarCommand:
         steering_rad: ackermann: tyre angle, + left.
         steering_rate_rad_s: ackermann: limit of its rate; its magnitude counts, 0 is as fast as the car can.
         speed_m_s: ackermann: forward speed.
-        accel_m_s2: ackermann: limit of gaining and losing speed; likewise.
+        accel_m_s2: ackermann: limit of gaining and losing speed; its magnitude counts.
         jerk_m_s3: ackermann: limit of the acceleration's rate; its magnitude counts, 0 is none.
         throttle: pedals: 0 to 1.
         brake: pedals: 0 to 1.

@@ -30,7 +30,7 @@ class CarParameters:
     wheelbase_m: float = parameter(2.85, "m", _TYPICAL)
     com_ahead_m: float = parameter(1.50, "m", f"{ASSUMED}: centre of mass, ahead of the rear axle; 53 % on the front")
     front_stiffness_n_rad: float = parameter(80e3, "N/rad", f"{ASSUMED}: lateral, both front tyres together")
-    rear_stiffness_n_rad: float = parameter(90e3, "N/rad", f"{ASSUMED}: likewise; stiffer, so that the car understeers")
+    rear_stiffness_n_rad: float = parameter(90e3, "N/rad", f"{ASSUMED}: as above; stiffer, so that the car understeers")
     friction: float = parameter(0.9, "1", f"{ASSUMED}: tyres on dry asphalt")
     max_steering_rad: float = parameter(
         math.radians((69.99 + 47.95) / 2), "rad", f"{_BRIDGE}: mean of 69.99 and 47.95 degrees"
@@ -43,8 +43,8 @@ class CarParameters:
     )
     rolling_resistance: float = parameter(0.01, "1", f"{_CARLA}: get_rolling_resistance_force")
     drag_coefficient: float = parameter(0.3, "1", f"{_CARLA}: get_aerodynamic_drag_force")
-    drag_area_m2: float = parameter(2.37, "m²", f"{_CARLA}: likewise")
-    air_density_kg_m3: float = parameter(1.184, "kg/m³", f"{_CARLA}: likewise, air of 25 °C")
+    drag_area_m2: float = parameter(2.37, "m²", f"{_CARLA}: as above")
+    air_density_kg_m3: float = parameter(1.184, "kg/m³", f"{_CARLA}: as above, air of 25 °C")
     standing_m_s: float = parameter(0.1, "m/s", f"{_NODE}: hand brake below this")
     kinematic_below_m_s: float = parameter(1.0, "m/s", f"{ASSUMED}: slower than this the tyres do not slip sideways")
     dynamic_above_m_s: float = parameter(2.0, "m/s", f"{ASSUMED}: faster than this only the tyres' slip counts")

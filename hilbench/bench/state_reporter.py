@@ -216,7 +216,7 @@ class StateReporter:
     Args:
         bench: whose journal is written.
         machines: what is looked at, by the name that the journal knows it by.
-        lines: the operator's ends of the lines, likewise.
+        lines: the operator's ends of the lines, as above.
         senses: what the ends of timers mean.
         views: what else is looked at, by the kind of its event; nothing is reported where nothing changed.
 

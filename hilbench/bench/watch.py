@@ -28,7 +28,7 @@ class Watch:
         bench: whose journal is listened to.
         machines: says which state machines there are, by their source in the journal; asked again and again, since a
             case builds only what it uses.
-        lines: likewise of the checker's ends of the lines.
+        lines: those of the checker's ends of the lines.
         senses: what the ends of timers mean.
     """
 

@@ -40,7 +40,7 @@ class WorldRunner:
         ahead: whether a step is made at its beginning; see the module.
 
     Attributes:
-        ahead: likewise.
+        ahead: as above.
         before: what is called before each step.
         after: what is called after each step.
     """

@@ -140,7 +140,7 @@ class PortEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
     Attributes:
         dtr: level of DTR while the port is open, true for asserted; by default it is left as it is.
-        rts: likewise for RTS.
+        rts: the same for RTS.
         parity: ``N``, ``E`` or ``O``.
         stop_bits: 1 or 2.
         boot: the hook that is run once, after the port was opened for the first time.

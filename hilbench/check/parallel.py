@@ -103,7 +103,7 @@ class Crew:
         options: of the run; `CheckOptions.jobs` says how many.
         collector: has the plan, and takes the results.
         provider_factory: makes the provider of a worker; a function that can be imported.
-        draw: draws pictures of cases that fail; likewise, or None.
+        draw: draws pictures of cases that fail; can be imported, too; None: none are drawn.
         journal: where the cases of all are recorded.
 
     Attributes:

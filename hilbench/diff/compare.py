@@ -65,9 +65,9 @@ class Change:
     Attributes:
         signal: which.
         a_ns: when in A, in its own time; None if it is not there.
-        b_ns: likewise in B.
+        b_ns: the same in B.
         a: to which value in A.
-        b: likewise in B.
+        b: the same in B.
         late_ns: how much later in B than in A, once they are laid over each other; None if it is not in both.
         at_ns: when, from the first common change on: the earlier of both.
     """

@@ -51,7 +51,7 @@ class Divergence:
         number: which one of this stream, from 1.
         ns: when, from the beginning of the case, in the one that has it earlier.
         a: the event in A; None if A has no more.
-        b: likewise in B.
+        b: the same in B.
         what: what is different, in words.
         before: what happened in A just before, up to three events.
     """
@@ -72,7 +72,7 @@ class CaseDiff:
     Attributes:
         case: its id; empty in a recording without cases.
         a: how many events A has; None if it has no such case.
-        b: likewise.
+        b: as above.
         first: the first that is not the same; None if all are.
         verdicts: what was said of it in A and in B; empty without.
     """

@@ -50,7 +50,7 @@ class Drives(Protocol):
 
         Args:
             forward: of what is usual.
-            turn: likewise.
+            turn: as above.
             pad: of what is usual at a game pad.
         """
 

@@ -36,7 +36,7 @@ def try_members(
 
     Raises:
         Violation: that of a member; its cause begins with the member and the seed. A failed assertion becomes one.
-        Inconclusive: likewise.
+        Inconclusive: as above.
         ValueError: there is no member, or no budget.
     """
     if not members or budget < 1:

@@ -130,7 +130,7 @@ class PortCounters(msgspec.Struct, frozen=True, kw_only=True):
         overruns: bytes refused because the transmit queue was full.
         framing_errors: bytes received without a stop bit where one was due.
         parity_errors: bytes received with the wrong parity, where the driver of a real port counts them.
-        receive_overruns: bytes that a real port's UART or driver had no room for, likewise.
+        receive_overruns: bytes that a real port's UART or driver had no room for, as above.
         breaks: break conditions received.
         breaks_unsent: breaks asked for that this port cannot send.
         refused: clients refused.

@@ -23,27 +23,27 @@ class OfTimes(float):
         return _of_times(float.__add__(self, other))
 
     def __mul__(self, other: float, /) -> OfTimes:
-        """Return the product, likewise."""
+        """Return the product, of times too."""
         return _of_times(float.__mul__(self, other))
 
     def __truediv__(self, other: float, /) -> OfTimes:
-        """Return the quotient, likewise."""
+        """Return the quotient, of times too."""
         return _of_times(float.__truediv__(self, other))
 
     def __sub__(self, other: float, /) -> OfTimes:
-        """Return the difference, likewise."""
+        """Return the difference, of times too."""
         return _of_times(float.__sub__(self, other))
 
     def __rsub__(self, other: float, /) -> OfTimes:
-        """Return the difference, likewise."""
+        """Return the difference, of times too."""
         return _of_times(float.__rsub__(self, other))
 
     def __neg__(self) -> OfTimes:
-        """Return it below zero, likewise."""
+        """Return it below zero, of times too."""
         return OfTimes(float.__neg__(self))
 
     def __abs__(self) -> OfTimes:
-        """Return its magnitude, likewise."""
+        """Return its magnitude, of times too."""
         return OfTimes(float.__abs__(self))
 
     __radd__ = __add__

@@ -84,7 +84,7 @@ class LinkCounters:
         overruns: Bytes refused because the transmit queue was full.
         framing_errors: Bytes received without a stop bit where one was due.
         parity_errors: Bytes received with the wrong parity, where the driver of a real port counts them.
-        receive_overruns: Bytes that a real port's UART or driver had no room for, likewise.
+        receive_overruns: Bytes that a real port's UART or driver had no room for, as above.
         breaks: Break conditions received.
         breaks_unsent: Breaks asked for that this port cannot send.
         refused: Clients turned away.

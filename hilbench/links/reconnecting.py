@@ -43,7 +43,7 @@ class ReconnectingPort(PortBase):
     Args:
         scheduler: Owner of bench time, locked to the host's clock before it runs.
         target: What to open.
-        record: Takes the events ``port-lost`` (``device``, ``usb``, ``serial_number``), ``port-returned`` (likewise,
+        record: Takes the events ``port-lost`` (``device``, ``usb``, ``serial_number``), ``port-returned`` (as above,
             and ``was``, ``away_ns``) and ``port-refused`` (``device``, ``text``).
         ports: Says which ports there are now.
         open_port: Opens one.

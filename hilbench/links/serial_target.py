@@ -23,7 +23,7 @@ class LineSettings:
 
     Attributes:
         dtr: the level that DTR shall have, True for asserted; None to leave it as opening does.
-        rts: likewise of RTS.
+        rts: the same of RTS.
         parity: "N", "E" or "O".
         stop_bits: 1 or 2.
     """

@@ -21,7 +21,7 @@ class SlipsSaid:
     Args:
         say: takes a line meant for a person; it must not wait.
         now_ns: the host's time, in ns.
-        listener: who is notified likewise.
+        listener: who is notified of it.
     """
 
     def __init__(self, say: Callable[[str], None], now_ns: int, listener: PaceListener | None = None) -> None:

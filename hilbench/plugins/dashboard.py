@@ -113,7 +113,7 @@ class Dashboard:
         shows: names of protocols and of vehicles: it is a bench of this kind if our client speaks such a protocol, or
             if none of ours speaks and such a vehicle drives there.
         wide: where the panes are, on a screen with room for columns.
-        below: likewise, in a band of its own below them; what `wide` names is there and not here.
+        below: as above, in a band of its own below them; what `wide` names is there and not here.
         narrow: which of them come first on a screen without: the first stands above the second.
         plots: the figures that are plotted, the most important first.
         echoes: returns what range sensors of the vehicle report: of what the header of the journal says of the bench,

@@ -42,7 +42,7 @@ class Replayed:
         answered: frames of the target now.
         number: the first frame that is another one, from 1; 0 if none is.
         before: what it said in the recording; empty if it said nothing more.
-        now: likewise now.
+        now: what it says now; empty if nothing more.
     """
 
     case: str

@@ -54,7 +54,7 @@ class Watch:
     Attributes:
         edges: of these pins, in order.
         samples: the vehicle after each step of the physics.
-        angles: its wheels, likewise.
+        angles: its wheels, as above.
         sent: what parts have put on their lines: time and bytes.
     """
 

@@ -34,7 +34,7 @@ _SETTLED_NS = NS_PER_MS
 """Wires that belong together change one after the other: what does not last so long is no code."""
 
 _COMMANDS_NS = 50 * NS_PER_MS
-"""Likewise two commands on a line of 9600 bit/s, with the packets of the robot's own watchdog between them."""
+"""As above, of two commands on a line of 9600 bit/s, with the packets of the robot's own watchdog between them."""
 
 _LOOKS_HZ = 10
 _KEPT_HITS = 5

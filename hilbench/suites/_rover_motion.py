@@ -85,7 +85,7 @@ class Moment:
     Attributes:
         at_ns: bench time.
         x_m: position in the scene.
-        y_m: likewise.
+        y_m: as above.
         yaw_deg: + to the left, of the scene's x, not wrapped.
         turn_deg_s: rate of turn about the scene's vertical, + to the left.
         wheels_rad: how far the wheels have turned, + forward, not wrapped.

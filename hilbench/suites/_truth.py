@@ -39,7 +39,7 @@ class Sample:
     Attributes:
         at_ns: bench time.
         x_mm: position of the robot's middle, on the floor.
-        y_mm: likewise.
+        y_mm: as above.
         z_mm: its height over the floor.
         heading_deg: counter-clockwise, not wrapped.
         pitch_deg: positive with the nose down.

@@ -45,7 +45,7 @@ class DriveBench:
     Attributes:
         bench: time and journal.
         simulator: the far end of the simulator's line.
-        stack: likewise of the driving stack's.
+        stack: the same of the driving stack's.
         body: the car.
         runner: who moves its world.
         hands: who stands beside the board.
@@ -68,7 +68,7 @@ class Moment:
     Attributes:
         at_s: bench time.
         x_m: position in the scene, of the rear axle.
-        y_m: likewise.
+        y_m: as above.
         yaw_rad: + left.
         speed_m_s: forwards.
         lateral_speed_m_s: + left.
@@ -112,7 +112,7 @@ class Drive:
         hands: who stands beside the board.
         moments: the truth, after each step.
         reports: what the board said of the car's motion, each with its bench time in s.
-        asked: what the driving stack asked for, likewise.
+        asked: what the driving stack asked for, as above.
         half_lane_m: how far the middle of the car may be off the middle line.
     """
 

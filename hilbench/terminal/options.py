@@ -172,7 +172,7 @@ class ServeOptions:
         what: a TARGET, the name of a built-in bench, or the path of a bench file.
         ptys: pseudo-terminals to offer.
         tcps: sockets to listen at.
-        rfc2217s: likewise, for clients of RFC 2217.
+        rfc2217s: as above, for clients of RFC 2217.
         scene: scene to use instead of that of the bench file; None keeps it.
         seed: seed of the run.
         baud: speed of the line in bit/s instead of that of the bench file; None keeps it.

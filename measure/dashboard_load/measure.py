@@ -35,7 +35,7 @@ class Figures:
         factor: bench time in host time.
         slips: how often bench time stood still because the host was too late.
         bench_cpu: share of one core that the bench took.
-        screen_cpu: likewise of the dashboard; 0 without.
+        screen_cpu: the same of the dashboard; 0 without.
         drawn_per_s: bytes that the dashboard wrote to its terminal in a second.
         stolen: share of the host's processors that its hypervisor gave to others meanwhile; 0 where none says so.
     """

@@ -130,7 +130,7 @@ class Rig:
         statuses: says them.
         commands: says them.
         last_command_ns: when the last byte of the last command was on the line.
-        status_ends_ns: likewise of each status since `forget`.
+        status_ends_ns: the same of each status since `forget`.
     """
 
     bench: Bench

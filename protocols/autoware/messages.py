@@ -132,7 +132,7 @@ class AckermannControlCommand:
         steering_tire_rotation_rate: rad/s, magnitude of the turn towards it; 0: as fast as possible.
         speed: m/s, positive forwards.
         acceleration: m/s^2, the acceleration wanted.
-        jerk: m/s^3, likewise.
+        jerk: m/s^3, as above.
     """
 
     stamp: Time = Time()

@@ -52,8 +52,8 @@ class Connection:
         options: of that role; its defaults, those of `hardened`, if None.
         epoch_ns: the bench time, in ns, at which the board starts, or the simulator reads first.
         steps: board: another control task than the default one, for tests that must be able to fail.
-        modes: board: likewise the table of modes.
-        link: simulator: likewise its table.
+        modes: board: another table of modes than the default one.
+        link: simulator: another table of the link.
 
     Raises:
         LocalProtocolError: the options are those of the other role.

@@ -62,7 +62,7 @@ class StatusFrame:
     Attributes:
         lon_speed_m_s: A, forwards.
         lat_speed_m_s: B, in the sign of Autoware's VelocityReport as the bridge fills it, see `units.py`.
-        heading_rate_rad_s: C, likewise.
+        heading_rate_rad_s: C, as above.
         steering_rad: D, the tyre's angle, positive to the left.
     """
 

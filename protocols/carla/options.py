@@ -115,7 +115,7 @@ class BoardOptions:
             deadline); None for never.
         finite_only: a NaN or an infinity, in a status or a command, is dropped and counted (choice).
         status_limits: a status beyond them is dropped and counted; None for any (V0, V1).
-        command_limits: likewise for commands of the driving stack, after the factor.
+        command_limits: the same for commands of the driving stack, after the factor.
         dies_on_line_error: an overrun or framing error ends reception until reset (V0, V1: ST's HAL aborts the DMA, and
             there is no HAL_UART_ErrorCallback that starts it again; from reading, not measured).
         agent_wait_s: see `DEADLINES`.

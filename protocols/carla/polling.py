@@ -146,8 +146,8 @@ class PollStreamReader(PollReader):
     Args:
         options: its figures; it reads all that is there.
         idle_block_s: see `PollReader`.
-        icrnl: likewise.
-        epoch_ns: likewise.
+        icrnl: as above.
+        epoch_ns: as above.
         timeout_ns: how long after its first byte an unfinished frame is given up, in ns; None for never.
     """
 

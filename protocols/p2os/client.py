@@ -67,7 +67,7 @@ class _Attempt:
     Attributes:
         answered: a sound frame has come.
         misses: SYNCs without an answer in all.
-        step_misses: likewise, one after the other in this state.
+        step_misses: as above, one after the other in this state.
         restarts: returns to SYNC0 after a wrong answer.
         closes: CLOSEs sent to an old session.
         bauds_left: rates of the scan not tried yet.

@@ -212,7 +212,7 @@ class Tcm2Packet:
         heading_ddeg: heading in 0.1 degree.
         pitch_ddeg: pitch in 0.1 degree.
         roll_ddeg: roll in 0.1 degree.
-        magnetic_x_cut: field along x in 0.01 microtesla; y and z likewise.
+        magnetic_x_cut: field along x in 0.01 microtesla; y and z, as above.
         magnetic_y_cut: see x.
         magnetic_z_cut: see x.
         temperature_dc: temperature in 0.1 degree Celsius.

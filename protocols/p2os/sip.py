@@ -43,7 +43,7 @@ class Sip:
         y_raw: as `x_raw`.
         th_raw: heading, -2048..2047 for a turn, + counter-clockwise.
         left_raw: speed of the left wheel, mm/s on a Pioneer 2 (VelConvFactor 1).
-        right_raw: speed of the right wheel, likewise.
+        right_raw: speed of the right wheel, as above.
         battery_dv: battery voltage in 0.1 V, 0..255.
         stall_rear: byte 15: bit 0 left wheel stalled, bits 1-5 rear bumper segments (1 pressed).
         stall_front: byte 16: bit 0 right wheel stalled, bits 1-5 front bumper segments (7 of them on AROS).

@@ -182,7 +182,7 @@ class SipReading:
         left_stall: the left wheel is stalled.
         right_stall: the right wheel is stalled.
         front_bumpers: mask of pressed segments, 0 on a robot without.
-        rear_bumpers: likewise.
+        rear_bumpers: as above.
         motors_enabled: the motors have power.
         sonar_enabled: the sonar fires.
         heading_error_rad: heading asked for less heading.

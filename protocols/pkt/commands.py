@@ -70,7 +70,7 @@ class MotorSpeeds:
 
     Attributes:
         a: left pair, -255..255, negative is backwards.
-        b: right pair, likewise.
+        b: right pair, as above.
         flags: which of them, see `MotorFlag`.
     """
 
@@ -85,7 +85,7 @@ class MotorThrottles:
 
     Attributes:
         a: left pair, -1..1 of full voltage, negative is backwards; a float of 32 bits on the wire.
-        b: right pair, likewise.
+        b: right pair, as above.
         flags: which of them, see `MotorFlag`.
     """
 
@@ -100,7 +100,7 @@ class SpeedSetpoints:
 
     Attributes:
         a_rpm: left pair, turns of the wheel per minute; a float of 32 bits on the wire.
-        b_rpm: right pair, likewise.
+        b_rpm: right pair, as above.
         flags: which of them, see `MotorFlag`.
     """
 

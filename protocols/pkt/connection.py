@@ -53,7 +53,7 @@ class Connection(MachineConnection[State, Trigger, Action, Timer, Event, Counter
         options: of that role; its defaults if None.
         epoch_ns: server: the bench time, in ns, at which the rover begins to work: tick 0 of its reports and looks.
         table: another state machine than the default one, for tests that must be able to fail.
-        frames: likewise another decoder than that of the options.
+        frames: another decoder than that of the options.
 
     Raises:
         LocalProtocolError: the options are those of the other role.

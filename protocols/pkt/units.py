@@ -132,7 +132,7 @@ class PacketTotals:
 
     Attributes:
         accepted: at least as large as what the last report says.
-        rejected: likewise.
+        rejected: as above.
     """
 
     accepted: int

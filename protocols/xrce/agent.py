@@ -59,7 +59,7 @@ class AgentMachine(Machine):
         super().__init__(AGENT_TABLE if table is None else table, AgentState.LISTENING, options)
         self._options = options
         self._asked = Header(session_id=NO_SESSION)  # of the message that is handled
-        self._source = options.frames.remote_address  # likewise; no CRC covers it, so a session keeps its own
+        self._source = options.frames.remote_address  # as above; no CRC covers it, so a session keeps its own
         self._client = Client(client_key=b"", session_id=NO_SESSION)
         self._again = False
         self._status = Status.OK

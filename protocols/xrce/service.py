@@ -3,7 +3,7 @@
     agent = AgentService(("board", "host"))
     for line, data in agent.receive("board", data, now_ns):    # bytes that came; what is to be written, and where
         ports[line].write(data)
-    agent.advance(now_ns)                                      # timers that are due, likewise
+    agent.advance(now_ns)                                      # timers that are due, as above
     when = agent.next_deadline_ns()                            # when to call advance at the latest
     agent.take_events()                                        # what has happened
 

@@ -23,7 +23,7 @@ class Variant:
         pins: names of the I/O pins of the package, ``PA0`` and so on.
         usarts: the USARTs and UARTs whose pins the package brings out.
         i2cs: the I2C interfaces whose pins the package brings out.
-        spis: likewise of the SPI interfaces that are modelled.
+        spis: the same of the SPI interfaces that are modelled.
         boot1_pin: the port pin that is BOOT1 at a reset; None where option bytes say where to boot from.
         itcm_bytes: RAM from 0 on, beside the core; 0 where there is none.
         fastest_hse_hz: the highest rate of a clock at OSC_IN.

@@ -105,7 +105,7 @@ class Joystick(Part):
     )
     CONTROLS = (
         Control(name="x", least=-_BEYOND, greatest=_BEYOND, text="1 is the end with the highest voltage"),
-        Control(name="y", least=-_BEYOND, greatest=_BEYOND, text="likewise; the original speeds up towards 1"),
+        Control(name="y", least=-_BEYOND, greatest=_BEYOND, text="as x; the original speeds up towards 1"),
         Control(name="press", least=0, greatest=1, text="1 is down"),
     )
     ABSENT = ("resistance of the potentiometers: each wiper is a stiff source", "hysteresis and wear of the springs")

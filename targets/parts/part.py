@@ -217,8 +217,8 @@ class Ports:
 
     Attributes:
         inputs: the inputs, by name of terminal; terminals without a connection may be missing.
-        outputs: likewise.
-        analogs: likewise, for analog terminals.
+        outputs: as above.
+        analogs: as above, for analog terminals.
         serial: takes the bytes that the part sends, at the time of the present call of the part.
         rate: sets the rate of the part's serial end in bit/s, from now on, if the part chooses it itself.
         tell: takes frozen events for the journal, at the time of the present call of the part.
@@ -252,7 +252,7 @@ class Part:
         QUANTITIES: physical values, by names that no terminal has.
         SERIAL: names of serial ends; at most one for now.
         BUSES: names of ends at an I2C bus, by names that are nothing else's.
-        SPI_BUSES: likewise of ends at an SPI bus.
+        SPI_BUSES: the same of ends at an SPI bus.
         ADDRESSED_BY: the setting that says at which address it answers on its I2C bus, if it has one; see `address_of`.
         CONTROLS: what can be moved by hand, by names that are nothing else's.
         ABSENT: what the real part does and this model does not, in a few words each; noted when it is used.

@@ -31,7 +31,7 @@ def setting(default: Any, unit: str, source: str, *, least: float | None = None,
         unit: of the value; empty for none.
         source: where the value, or the choice of values, comes from.
         least: the smallest number that makes sense; None for no bound.
-        greatest: likewise the greatest.
+        greatest: the greatest.
     """
     return field(default=default, metadata={"unit": unit, "source": source, "least": least, "greatest": greatest})
 

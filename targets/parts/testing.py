@@ -16,7 +16,7 @@ class Wire:
 
     Attributes:
         edges: (ns, level) of every call of `set`, in order; None is not driven.
-        volts: (ns, volts) of every call of `put`, likewise.
+        volts: (ns, volts) of every call of `put`, as above.
         latched: what `latch` says; None for the same as `level`.
         now_ns: the present; `level` is that of then.
     """
@@ -84,8 +84,8 @@ class PartBench:
     Attributes:
         wires: by terminal.
         events: what the part told, with the time of the call.
-        sent: bytes that it sent, likewise.
-        rates: what it said of the rate of its serial end, likewise.
+        sent: bytes that it sent, as above.
+        rates: what it said of the rate of its serial end, as above.
         quantities_out: the last quantities that went out.
         now_ns: the present.
     """

@@ -42,7 +42,7 @@ IN_DOCSTRINGS = {
     r"where nobody": "by default, if none",
     r"who (?:checks|speaks|stands|holds|drives)": "the checker, the client, the driver",
     r"makes no sense while": "needs",
-    r"likewise a": "a ... like",
+    r"likewise": "the same, as above",
 }
 """Words that are looked for in the docstrings that the site shows, beside `INSTEAD`."""
 INSTEAD_ON_PAGES = {r"(?:is|are|was|were) said": "reported", r"aright": "correctly", r"reckon\w*": "compute, expect"}

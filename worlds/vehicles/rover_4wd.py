@@ -76,8 +76,8 @@ class Rover4wdParameters:
         0.012, "N·m", f"{ASSUMED}: a gearbox of plastic, until a motor says otherwise"
     )
     imu_x_m: float = parameter(0.03, "m", f"{ASSUMED}: where the inertial sensor sits, ahead of the middle")
-    imu_y_m: float = parameter(0.0, "m", f"{ASSUMED}: likewise, to the left of it")
-    imu_z_m: float = parameter(0.07, "m", f"{ASSUMED}: likewise, above the floor")
+    imu_y_m: float = parameter(0.0, "m", f"{ASSUMED}: as above, to the left of it")
+    imu_z_m: float = parameter(0.07, "m", f"{ASSUMED}: as above, above the floor")
 
     @property
     def reflected_inertia_kg_m2(self) -> float:

@@ -16,7 +16,7 @@ __all__ = ["PioneerOperator"]
 SPEED_MM_S = 400
 """Of a Pioneer at full stick; ARIA's teleoperation mode has the same (AriaCoda ArModes.cpp, 400 mm/s)."""
 TURN_DEG_S = 60
-"""Likewise; a choice."""
+"""As above; a choice."""
 PAD_TURN_DEG_S = math.degrees(1.70)
 """Of a Pioneer at the full stick of a game pad (qemu-gazebo-sim/pioneer_2DX-Interface code-esp32_d1
 task_controller.cpp: -170 to 170 hundredths of a rad/s). Its full trigger is 400 mm/s, as `SPEED_MM_S` (bachelor-thesis,

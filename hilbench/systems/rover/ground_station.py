@@ -70,7 +70,7 @@ class Chassis:
 
     Attributes:
         wheel_radius_m: of each wheel; 65 mm wheels are common in kits of four motors and a plate (assumed).
-        track_m: between the middles of left and right wheels (assumed, likewise).
+        track_m: between the middles of left and right wheels (assumed, as above).
         turn_slip: how much faster the wheels have to run to turn than those of two wheels on one axle: four wheels that
             do not steer are dragged sideways. 1 for no slip; it depends on the floor and has to be measured.
         full_rpm: the wheels' speed at full throttle, for driving without tachometers (assumed).

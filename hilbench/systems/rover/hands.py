@@ -224,11 +224,11 @@ class OperatorHands:
         raise InternalError("a clause that needs the speed of wheels is not by hand")
 
     def duties(self) -> tuple[float, float]:
-        """See `RoverHands`; likewise."""
+        """See `RoverHands`."""
         raise InternalError("a clause that needs the motors' voltage is not by hand")
 
     def position(self) -> Position:
-        """See `RoverHands`; likewise."""
+        """See `RoverHands`."""
         raise InternalError("a clause that needs the position is not by hand")
 
 

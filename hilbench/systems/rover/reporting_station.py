@@ -7,7 +7,7 @@ The station says
 ``{"state": "LINKED"}``                                 whether it hears its rover: a name of `ClientState`
 ``{"totals": {"accepted": 300, "rejected": 0}}``        what the rover's counters have come to
 The station hears
-``{"send": "MotorThrottles", "a": 0.5, ...}``           a command that it has to send, likewise
+``{"send": "MotorThrottles", "a": 0.5, ...}``           a command that it has to send, as above
 ======================================================  ==========================================================
 """
 

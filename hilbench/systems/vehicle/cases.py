@@ -151,7 +151,7 @@ class AttachedVehicleCase(VehicleCase):
         bench: shared by all cases, locked to the host's clock.
         case: what is known of this one.
         simulator: the checker's end of the simulator's line, settled.
-        stack: likewise of the driving stack's.
+        stack: the same of the driving stack's.
         faults: what goes wrong on the lines.
         hands: who stands beside the board; None if nobody does.
     """

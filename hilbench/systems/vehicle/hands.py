@@ -181,7 +181,7 @@ class OperatorHands:
         raise InternalError("a clause that needs a switch which does not bounce is not by hand")
 
     def let_go(self) -> None:
-        """See `VehicleHands`; likewise."""
+        """See `VehicleHands`."""
         raise InternalError("a clause that needs a switch which does not bounce is not by hand")
 
     def lamps(self) -> tuple[bool, bool]:

@@ -37,7 +37,7 @@ class Column:
 
     Attributes:
         share: how wide it is, beside the shares of the others.
-        panes: names and how high each is, likewise.
+        panes: names and how high each is, as above.
         band: the number of the band it is in, from above.
     """
 

@@ -38,7 +38,7 @@ class Relay(PortInFront):
         said: how what the peer says is read.
         heard: how what the checker says is read.
         on_said: what is done to the one; None lets it through.
-        on_heard: likewise to the other.
+        on_heard: the same to the other.
         tell_said: told what the peer says.
         tell_heard: told what the checker says, by the piece.
     """

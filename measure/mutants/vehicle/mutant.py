@@ -24,7 +24,7 @@ class VehicleMutant:
         profile: of the cases that have to find it.
         about: the clauses that it is run against; empty for all but the `SLOW` ones.
         board: what is wrong with its options.
-        body: likewise with its quirks beside the lines.
+        body: the same with its quirks beside the lines.
         steps: changed edges of its control task.
         modes: its table of modes, if that is another one.
         kind: the class that it is made of.

@@ -96,7 +96,7 @@ class Unit:
     Args:
         name: ``ADC1``.
         time: the chip's cycles and events.
-        ends: what it is tied to.
+        ends: what it is connected to.
 
     Attributes:
         values: of the registers, by offset.

@@ -1,4 +1,4 @@
-"""What the ADCs of all families have in common: what a converter is tied to, and converters behind one interrupt."""
+"""Common to the ADCs of all families: what a converter is connected to, and converters behind one interrupt."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class KeptRequest(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ends:
-    """What a converter is tied to.
+    """What a converter is connected to.
 
     Attributes:
         volts: returns the voltage at a channel.

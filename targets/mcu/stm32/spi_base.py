@@ -3,8 +3,8 @@
 CR1 but for bit 11, the lower half of CR2, NSS and the mode fault, how words of a master follow each other, and how
 flags are cleared. A family says how wide its words are, where they wait, and what a CRC is.
 
-A master is tied to `SpiBus`, where the slaves outside are, and to its pins (`spi_wire`). A slave is clocked word by
-word through `BasicSpi.exchange`, by whoever is its master in a test.
+A master is connected to `SpiBus`, where the slaves outside are, and to its pins (`spi_wire`). A slave is clocked a word
+at a time through `BasicSpi.exchange`, by whoever is its master in a test.
 
 Choices where the manuals are silent:
 

@@ -4,8 +4,8 @@ A transfer begins with CSTART. With TSIZE it ends by itself after so many words,
 without, it goes on as long as there is something to send, or until CSUSP. FTHLV words are a packet: TXP says that one
 has room, RXP that one is there. The words run on a clock of their own, which RCC chooses.
 
-A master is tied to `SpiBus`, where the slaves outside are, and to its pins (`spi_wire`). A slave is clocked word by
-word through `PacketSpi.exchange`, by whoever is its master in a test.
+A master is connected to `SpiBus`, where the slaves outside are, and to its pins (`spi_wire`). A slave is clocked a word
+at a time through `PacketSpi.exchange`, by whoever is its master in a test.
 
 Choices where the manual is silent:
 

@@ -98,7 +98,7 @@ class F1Unit(Unit):
 
     Attributes:
         on_regular: called when the regular group was started, with what starts it here; another may start it otherwise.
-        on_injected: likewise for the injected group.
+        on_injected: the same for the injected group.
         on_injected_end: called when a trigger's share of the injected group is through.
         held: nothing new is begun: another converter has the turn.
     """

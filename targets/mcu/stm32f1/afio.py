@@ -184,7 +184,7 @@ class Afio(Peripheral):
         value_line: it has the second register of the value line.
 
     Attributes:
-        on_tim5_ch4: called with whether channel 4 of TIM5 is tied to the LSI, after a change.
+        on_tim5_ch4: called with whether channel 4 of TIM5 is connected to the LSI, after a change.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = (

@@ -1,4 +1,4 @@
-"""The STM32F103, and the STM32F100 up to medium density: where the peripherals are, and how they are tied together.
+"""The STM32F103, and the STM32F100 up to medium density: where the peripherals are, and how they are connected.
 
 Addresses: RM0008 table 3. Interrupts: RM0008 table 63. Which peripherals there are: `targets.mcu.stm32f1.densities`.
 """

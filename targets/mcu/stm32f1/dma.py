@@ -31,7 +31,7 @@ class Controller:
 
     Attributes:
         irqs: the interrupts of the channels; those for which there is none have the last one.
-        requests: which requests are tied together at which channel.
+        requests: which requests are connected at which channel.
     """
 
     irqs: tuple[int, ...]

@@ -14,7 +14,7 @@ class InputChoice:
 
     Args:
         pin: the input as it is at a pin.
-        inside: what it is tied to instead.
+        inside: what it is connected to instead.
     """
 
     def __init__(self, pin: InputSignal, inside: InputSignal) -> None:

@@ -1,4 +1,4 @@
-"""The STM32F767: which peripherals there are, where, and how they are tied together.
+"""The STM32F767: which peripherals there are, where, and how they are connected.
 
 Addresses: RM0410 table 1. Interrupts: RM0410 table 46. Clock gates: RM0410 sections 5.3.10 to 5.3.14.
 

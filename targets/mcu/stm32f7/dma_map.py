@@ -51,4 +51,4 @@ def _read(table: str) -> Mapping[tuple[int, int], tuple[str, ...]]:
 DMA1 = _read(_DMA1)
 """Names of requests by stream and channel."""
 DMA2 = _read(_DMA2)
-"""Likewise."""
+"""As above."""

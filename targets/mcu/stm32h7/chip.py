@@ -1,4 +1,4 @@
-"""The STM32H743 and H753: which peripherals there are, where, and how they are tied together.
+"""The STM32H743 and H753: which peripherals there are, where, and how they are connected.
 
 Addresses: RM0433 section 2.3, memory map. Interrupts: section 19.1.2. Clock gates: `targets.mcu.stm32h7.gates`.
 

@@ -34,9 +34,9 @@ class Individual:
         zero_g: what the accelerometer adds, in g.
         zero_rate_dps: what the gyroscope adds.
         accel_scale: sensitivity over the nominal one.
-        gyro_scale: likewise.
+        gyro_scale: as above.
         accel_test_g: what the self-test of each axis adds.
-        gyro_test_dps: likewise.
+        gyro_test_dps: as above.
         mag_codes: ASAX, ASAY, ASAZ.
         zero_field_ut: what the magnetometer adds, in its own axes.
         clock_error: by which part its clock is too fast.

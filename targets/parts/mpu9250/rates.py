@@ -94,7 +94,7 @@ class Rates:
         sample_ns: from one set of measurements to the next.
         accel_ns: from one value of the accelerometer to the next; a faster set repeats it.
         gyro: its filter.
-        accel: likewise.
+        accel: as above.
     """
 
     sample_ns: int

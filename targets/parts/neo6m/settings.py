@@ -28,7 +28,7 @@ class Neo6mSettings:
         least=-90,
         greatest=90,
     )
-    longitude_deg: float = setting(-58.3683, "deg", "choice: likewise", least=-180, greatest=180)
+    longitude_deg: float = setting(-58.3683, "deg", "choice: as above", least=-180, greatest=180)
     height_m: float = setting(36.0, "m", "assumed: 20 m above the sea; of the origin above the ellipsoid", least=-500)
     geoid_m: float = setting(16.0, "m", "assumed: height of the sea above the ellipsoid there", least=-110, greatest=90)
     x_axis_bearing_deg: float = setting(90.0, "deg", "choice: the world's x axis points east, its y axis north")

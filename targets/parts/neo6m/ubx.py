@@ -20,7 +20,7 @@ _TAIL = 2
 MOST_PAYLOAD = 1024
 """A longer frame is taken for noise (choice)."""
 MOST_LINE = 128
-"""Likewise a longer sentence (choice; NMEA 0183 has 82)."""
+"""The same of a longer sentence (choice; NMEA 0183 has 82)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,7 +106,7 @@ def _cut_ubx(held: bytes, at: int) -> tuple[int, UbxMessage | Dropped | None]:
 
 
 def _cut_line(held: bytes, at: int) -> tuple[int, Line | Dropped | None]:
-    """Likewise for a sentence, which another one or a UBX message cuts short."""
+    """The same for a sentence, which another one or a UBX message cuts short."""
     line = held[at : at + MOST_LINE]
     end = line.find(b"\n")
     other = min((where for where in (line.find(b"$", 1), line.find(_SYNC)) if where >= 0), default=-1)

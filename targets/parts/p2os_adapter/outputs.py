@@ -73,7 +73,7 @@ class EncoderWires:
     Args:
         settings: of the adapter.
         left: outputs s1 to s3 of encoder 1.
-        right: likewise of encoder 2.
+        right: the same of encoder 2.
         tell: takes the events.
     """
 

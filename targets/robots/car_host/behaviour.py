@@ -68,7 +68,7 @@ class Defect:
         text: what it does.
         source: where it is published.
         line: what changes in `SimulatorOptions`.
-        host: likewise in `HostQuirks`.
+        host: the same in `HostQuirks`.
     """
 
     name: str

@@ -84,9 +84,9 @@ class RobotSettings:
     has_move: bool = _setting(True, "", "reedhedges/AriaCoda params: a Pioneer 1 has no MOVE")
     servo_gain_per_s: float = _setting(5.0, "1/s", "choice: gain from position error to speed")
     servo_window_mm: float = _setting(50.0, "mm", "choice: a larger error restarts the profile where the robot is")
-    servo_window_deg: float = _setting(10.0, "deg", "choice: likewise")
+    servo_window_deg: float = _setting(10.0, "deg", "choice: as above")
     servo_correction_mm_s: float = _setting(30.0, "mm/s", "choice: most speed the servo adds to the profile")
-    servo_correction_deg_s: float = _setting(10.0, "deg/s", "choice: likewise")
+    servo_correction_deg_s: float = _setting(10.0, "deg/s", "choice: as above")
 
     # stall monitor
     pwm_max: int = _setting(500, "PWM counts", _CONFIG)

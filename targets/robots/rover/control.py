@@ -23,7 +23,7 @@ _NS_PER_S = 1_000_000_000
 _FORGET_NS = _NS_PER_S
 """A wheel without a slot for this long stands (G2 application.cpp `read_tachometers`)."""
 _FASTEST_RPM = 1000.0
-"""A faster reading is taken for a bounce (G2, likewise)."""
+"""A faster reading is taken for a bounce (G2, as above)."""
 _WINDOW = 3
 
 
@@ -108,7 +108,7 @@ class Motors:
 
     Attributes:
         throttles: left and right pair, as they are reported.
-        setpoints_rpm: likewise.
+        setpoints_rpm: as above.
         pid: the controllers set the throttles.
     """
 

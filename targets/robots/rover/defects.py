@@ -36,9 +36,9 @@ class Defect:
         text: what it does.
         source: where it is published.
         frames: what changes in `FramingOptions`.
-        server: likewise in `ServerOptions`.
-        dialect: likewise in `Dialect`.
-        body: likewise in `BodyQuirks`.
+        server: the same in `ServerOptions`.
+        dialect: the same in `Dialect`.
+        body: the same in `BodyQuirks`.
     """
 
     name: str

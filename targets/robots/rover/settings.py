@@ -34,7 +34,7 @@ class RoverSettings:
     )
     wheel_lag_s: float = _setting(0.08, "s", "assumed: time constant of a geared motor and its wheel in the air")
     latitude_deg: float = _setting(-34.6175, "deg", "choice: Buenos Aires, nhorro/ceai2020 example frames")
-    longitude_deg: float = _setting(-58.3683, "deg", "choice: likewise")
+    longitude_deg: float = _setting(-58.3683, "deg", "choice: as above")
     temperature_c: float = _setting(25.0, "C", "choice")
     field_mgauss: tuple[float, float, float] = _setting(
         (180.0, 0.0, -140.0), "mG", "assumed: 23 uT at Buenos Aires, the needle pointing up in the south"

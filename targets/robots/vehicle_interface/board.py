@@ -62,7 +62,7 @@ class VehicleInterface:
         power_on_ns: when it is switched on, in ns of bench time.
         behaviour: another one than that of the settings.
         steps: another control task, for tests that must be able to fail.
-        modes: likewise another table of modes.
+        modes: another table of modes.
 
     Attributes:
         behaviour: how it behaves.

@@ -27,7 +27,7 @@ class Defect:
         text: what it does.
         source: where it is published.
         board: what changes in `BoardOptions`.
-        body: likewise in `BodyQuirks`.
+        body: the same in `BodyQuirks`.
     """
 
     name: str

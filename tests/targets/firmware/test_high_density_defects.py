@@ -63,7 +63,7 @@ DEFECTS = [
     # --- the pin
     Defect("the pin has nothing of it", "dac", Pin, "put_out", "self._analog = source", "pass"),
     Defect("EN is not looked at", "dac", Channel, "_drive", "if not self._control & EN", "if False"),
-    # --- timers, and how they are tied together
+    # --- timers, and how they are connected
     Defect("no remap", "high-density", Afio, "write_MAPR", "(old ^ value) & _TIM5CH4_IREMAP", "False"),
     Defect(
         "the remap hears nobody", "high-density", InputChoice, "choose", "chosen.on_change = self._on_change", "pass"

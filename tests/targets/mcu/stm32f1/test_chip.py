@@ -1,4 +1,4 @@
-"""How the peripherals of the STM32F103 are tied together."""
+"""How the peripherals of the STM32F103 are connected."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Timers, UARTs and the DAC of a whole high-density device, and how they are tied together.
+"""Timers, UARTs and the DAC of a whole high-density device, and how they are connected.
 
 RM0008 tables 63 (interrupts), 82 and 86 (internal triggers), sections 9.3 (pins), 9.4.2 (TIM5CH4_IREMAP), 27 (UARTs).
 """

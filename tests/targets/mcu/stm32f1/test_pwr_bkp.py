@@ -168,7 +168,7 @@ CCO, ASOE, ASOS = 1 << 7, 1 << 8, 1 << 9
 
 
 class Outputs:
-    """BKP and the RTC at 32 Hz with seconds of 8 ticks, tied as in the chip; HCLK is 3200 Hz."""
+    """BKP and the RTC at 32 Hz with seconds of 8 ticks, connected as in the chip; HCLK is 3200 Hz."""
 
     def __init__(self):
         self.chip = FakeChip(3200)

@@ -1,4 +1,4 @@
-"""The STM32F100 up to medium density: what it has, its clocks, and how TIM15 to TIM17 and the DAC are tied in.
+"""The STM32F100 up to medium density: what it has, its clocks, and how TIM15 to TIM17 and the DAC are connected.
 
 RM0041: tables 3 and 50, sections 6.3 (RCC), 7.4.7 (AFIO_MAPR2), 11 (DAC); DS5944.
 """

@@ -1,4 +1,4 @@
-"""How the peripherals of the STM32F767 are tied together: memory map, boot addresses, gates, interrupts, absences."""
+"""How the peripherals of the STM32F767 are connected: memory map, boot addresses, gates, interrupts, absences."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ def test_an_erased_vector_table(nucleo):
     assert machine.ended.kind == "lockup"
 
 
-# --- how it is tied together
+# --- how it is connected
 
 
 def test_every_gate_has_a_peripheral_and_opens_it(nucleo):

@@ -1,4 +1,4 @@
-"""How the peripherals of the STM32H753 are tied together: memory map, boot addresses, gates, interrupts, absences."""
+"""How the peripherals of the STM32H753 are connected: memory map, boot addresses, gates, interrupts, absences."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ def test_code_in_any_ram(nucleo, place):
     assert machine.waits_in is not None
 
 
-# --- how it is tied together
+# --- how it is connected
 
 
 def test_every_gate_has_a_peripheral_and_opens_it(nucleo):

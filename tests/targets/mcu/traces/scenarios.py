@@ -239,7 +239,7 @@ _CAR = (
     *drives("PF13", (1080 * MS, False), (1100 * MS, None)),
 )
 
-# Likewise, with an agent and ten commands.
+# The same with an agent and ten commands.
 _DRIVE = (
     *sends("USART3", frame_of(AgentOnline()), baud=921_600, at_ns=20 * MS),
     *(
@@ -255,7 +255,7 @@ _DRIVE = (
     *_CAR,
 )
 
-# Likewise, with an agent that speaks DDS-XRCE: it has all objects created, and then acknowledges nothing any more.
+# The same with an agent that speaks DDS-XRCE: it has all objects created, and then acknowledges nothing any more.
 _CREATED = [place for place in range(23) if place != 13]  # the sixth endpoint, a service, has no topic
 _MICRO_ROS = (
     *_says(xrce.Info(request_id=1, object_id=xrce.OBJECT_AGENT, implementation_status=0), at_ms=20, session_id=0x80),

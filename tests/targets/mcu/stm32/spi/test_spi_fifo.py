@@ -380,9 +380,9 @@ class TestTiMode:
 class TestCrc:
     """Section 35.5.14."""
 
-    @pytest.mark.parametrize("spoilt", [0, 1])
+    @pytest.mark.parametrize("wrong", [0, 1])
     @pytest.mark.parametrize(("bits", "wide"), [(8, False), (8, True), (16, True), (16, False)])
-    def test_it_follows_the_last_word(self, rig, bits, wide, spoilt):
+    def test_it_follows_the_last_word(self, rig, bits, wide, wrong):
         width, polynomial = (16, 0x1021) if wide else (8, 0x07)
         size = bits // 8
         words, answers = [0x12, 0x9A34 >> 16 - bits], [0x57, 0x21]
@@ -391,7 +391,7 @@ class TestCrc:
             own, came = crc_of(own, word, polynomial, bits, width), crc_of(came, answer, polynomial, bits, width)
         crc_bytes = max(width // 8, size)
         slave = rig.slave(
-            *b"".join(a.to_bytes(size, "big") for a in answers), *(came ^ spoilt).to_bytes(crc_bytes, "big")
+            *b"".join(a.to_bytes(size, "big") for a in answers), *(came ^ wrong).to_bytes(crc_bytes, "big")
         )
         rig.poke("CRCPR", polynomial)
         rig.master(CRCEN | (CRCL if wide else 0), bits=bits)
@@ -408,7 +408,7 @@ class TestCrc:
             assert "CRCERR" not in rig.flags()
             rig.clocks(bits)
             rig.read(size)
-        assert ("CRCERR" in rig.flags()) is bool(spoilt)
+        assert ("CRCERR" in rig.flags()) is bool(wrong)
         assert slave.bytes.endswith(own.to_bytes(crc_bytes, "big"))
         rig.poke("SR", 0)
         assert "CRCERR" not in rig.flags()

@@ -419,12 +419,12 @@ class TestSlaveSelect:
 class TestCrc:
     """Section 50.5.3."""
 
-    @pytest.mark.parametrize("spoilt", [0, 1])
+    @pytest.mark.parametrize("wrong", [0, 1])
     @pytest.mark.parametrize(
         ("bits", "polynomial", "size", "init"),
         [(8, 0x107, 8, 0), (8, 0x1_1021, 16, 0), (16, 0x1_1021, 16, RCRCINI | TCRCINI), (8, 0x104C1_1DB7 >> 4, 24, 0)],
     )
-    def test_it_follows_the_transfer(self, packets, bits, polynomial, size, init, spoilt):
+    def test_it_follows_the_transfer(self, packets, bits, polynomial, size, init, wrong):
         width, step = polynomial.bit_length() - 1, bits // 8
         mask = (1 << width) - 1
         words, answers = [0x31, 0x32], [0x57, 0x21]
@@ -434,7 +434,7 @@ class TestCrc:
             came = crc_of(came, answer, polynomial & mask, bits, width)
         shift = max(width - size, 0)
         data = b"".join(answer.to_bytes(step, "big") for answer in answers)
-        slave = packets.slave(*data, *(came >> shift ^ spoilt).to_bytes(size // 8, "big"))
+        slave = packets.slave(*data, *(came >> shift ^ wrong).to_bytes(size // 8, "big"))
         packets.poke("CRCPOLY", polynomial)
         packets.master(bits=bits, size=2, cfg1=CRCEN | (size - 1) << 16, cr1=init)
         for word in words:
@@ -445,7 +445,7 @@ class TestCrc:
         assert "EOT" not in packets.flags(), "it is extended over the CRC"
         packets.clocks(size)
         assert "EOT" in packets.flags()
-        assert ("CRCE" in packets.flags()) is bool(spoilt)
+        assert ("CRCE" in packets.flags()) is bool(wrong)
         assert slave.bytes.endswith((own >> shift).to_bytes(size // 8, "big"))
         assert [packets.read(step) for _ in range(2)] == answers
         assert "RXP" not in packets.flags(), "what came as CRC is not there"

@@ -289,10 +289,10 @@ class TestCrc:
             crc = crc_of(crc, high << 8 | low, 0x1021, 16)
         assert crc == 0x9015
 
-    @pytest.mark.parametrize("spoilt", [0, 1])
-    def test_it_follows_the_last_word_and_is_compared(self, rig, spoilt):
+    @pytest.mark.parametrize("wrong", [0, 1])
+    def test_it_follows_the_last_word_and_is_compared(self, rig, wrong):
         answer = crc_of(crc_of(0, 0x20, 7, 8), 0x30, 7, 8)
-        slave = rig.slave(0x20, 0x30, answer ^ spoilt)
+        slave = rig.slave(0x20, 0x30, answer ^ wrong)
         rig.master(CRCEN)
         rig.poke("CR2", ERRIE)
         assert rig.transfer(0x12) == [0x20]
@@ -305,8 +305,8 @@ class TestCrc:
         sent = crc_of(crc_of(0, 0x12, 7, 8), 0x34, 7, 8)
         assert slave.bytes == bytes((0x12, 0x34, sent))
         assert rig.peek("TXCRCR") == sent
-        assert ("CRCERR" in rig.flags()) is bool(spoilt)
-        assert rig.irq.level is bool(spoilt)
+        assert ("CRCERR" in rig.flags()) is bool(wrong)
+        assert rig.irq.level is bool(wrong)
         rig.poke("SR", 0)
         assert "CRCERR" not in rig.flags()
 
@@ -331,11 +331,11 @@ class TestCrc:
         rig.poke("CR1", 0)
         assert (rig.peek("TXCRCR"), rig.peek("RXCRCR")) == (0, 0)
 
-    @pytest.mark.parametrize("spoilt", [0, 1])
-    def test_after_the_last_word_of_dma_it_comes_by_itself(self, rig, spoilt):
+    @pytest.mark.parametrize("wrong", [0, 1])
+    def test_after_the_last_word_of_dma_it_comes_by_itself(self, rig, wrong):
         """RM0008 section 25.3.7; what comes back last stays in DR, with RXNE."""
         answer = crc_of(crc_of(0, 0x20, 7, 8), 0x30, 7, 8)
-        slave = rig.slave(0x20, 0x30, answer ^ spoilt)
+        slave = rig.slave(0x20, 0x30, answer ^ wrong)
         rig.master(CRCEN)
         rig.tx_left = 2
         rig.poke("CR2", TXDMAEN | ERRIE)
@@ -347,9 +347,9 @@ class TestCrc:
         rig.clocks(8)
         sent = crc_of(crc_of(0, 0x12, 7, 8), 0x34, 7, 8)
         assert slave.bytes == bytes((0x12, 0x34, sent))
-        assert ("CRCERR" in rig.flags()) is bool(spoilt)
+        assert ("CRCERR" in rig.flags()) is bool(wrong)
         assert "RXNE" in rig.flags()
-        assert rig.peek("DR") == answer ^ spoilt
+        assert rig.peek("DR") == answer ^ wrong
         rig.clocks(16)
         assert len(slave.bytes) == 3
 
