@@ -432,12 +432,27 @@ class _Reader:
 
     def _faults(self, model: BenchModel, links: Sequence[Link]) -> tuple[FaultEntry, ...]:
         """Let each fault say where it goes, by its receiving end."""
-        boards = any(entry.board is not UNSET for entry in model.targets.values())
-        if model.faults and boards:
-            message = "faults on the lines of emulated boards are not available in this version of hilbench"
-            raise self._strict.error(message, ("faults", 0))
-        lines: list[Sequence[str]] = [link.ends for link in links] or [(CHECKER_END, *self._model_ends()[:1])]
+        lines: list[Sequence[str]] = [link.ends for link in links]
+        boards = {name for name, entry in model.targets.items() if entry.board is not UNSET}
+        if boards:
+            self._check_boards(model.faults, lines, boards)
+        lines = lines or [(CHECKER_END, *self._model_ends()[:1])]
         return tuple(self._with_direction(number, fault, lines) for number, fault in enumerate(model.faults))
+
+    def _check_boards(
+        self, faults: Sequence[FaultEntry], lines: Sequence[Sequence[str]], boards: Collection[str]
+    ) -> None:
+        """Refuse a fault on a line of which not exactly one end is a board's."""
+        for number, fault in enumerate(faults):
+            if not lines:
+                hint = f'write [[links]] ends = ["{CHECKER_END}", "{min(boards)}.usart1"]'
+                raise self._strict.error("no line of this bench leads to a board", ("faults", number), hint)
+            ends = lines[fault.link] if fault.link < len(lines) else ()
+            count = sum(end.partition(".")[0] in boards for end in ends)
+            if ends and count != 1:
+                what = "joins two ends of boards" if count else "leads to no board"
+                hint = "faults are for a line between a board and something else"
+                raise self._strict.error(f"link {fault.link} {what}", ("faults", number, "link"), hint)
 
     def _with_direction(self, number: int, fault: FaultEntry, lines: Sequence[Sequence[str]]) -> FaultEntry:
         if fault.link >= len(lines):

@@ -88,7 +88,7 @@ class BoardCase(CaseBase, BoardBench):
     """
 
     def __init__(self, bench: Bench, case: CaseInfo, emulated: EmulatedBench, open_other: OpenOther) -> None:
-        CaseBase.__init__(self, bench, case)
+        CaseBase.__init__(self, bench, case, emulated.far_ends.faults)
         BoardBench.__init__(self, emulated)
         self._open_other = open_other
 
@@ -117,7 +117,7 @@ class BoardCase(CaseBase, BoardBench):
             raise UsageError("has no line between 'peer' and a board", where=bench_file.name, hint=hint)
         end = next((end for end in lines if end in bench_file.protocols), lines[0])
         return peer_of(
-            self.bench, self.emulated.ports[end], bench_file.protocols.get(end, RAW), self.case.setup.program
+            self.bench, self.emulated.far_ends[end], bench_file.protocols.get(end, RAW), self.case.setup.program
         )
 
     def _machines_seen(self) -> Mapping[str, Observed]:
@@ -126,7 +126,8 @@ class BoardCase(CaseBase, BoardBench):
 
     def _lines_seen(self) -> Mapping[str, Port]:
         lines = self.emulated.bench_file.checker_lines
-        return {name or "host": self.emulated.ports[end] for name, end in lines.items() if end in self.emulated.ports}
+        ends = self.emulated.far_ends
+        return {name or "host": ends[end] for name, end in lines.items() if end in ends}
 
     def _about_view(self) -> Mapping[str, Any]:
         bench_file = self.emulated.bench_file

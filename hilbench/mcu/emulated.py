@@ -16,6 +16,7 @@ from hilbench.bench.byte_log import ByteLog
 from hilbench.benchfile.bench_file import BenchFile, EmulatedBoard, Link, Net
 from hilbench.clock import NS_PER_S, EventClass, Scheduler
 from hilbench.journal import Journal
+from hilbench.mcu.far_ends import FarEnds
 from hilbench.mcu.group import FREE_STEP_NS, MachineGroup
 from hilbench.mcu.images import load, translated
 from hilbench.mcu.pin_log import PinLog
@@ -145,7 +146,8 @@ class EmulatedBench:
         bench: time and journal.
         images: the firmware, by board.
         machines: the chips, by board.
-        ports: the far ends of the USARTs' lines, as ``BOARD.usart1``.
+        ports: the far ends of the USARTs' lines, as ``BOARD.usart1``, without faults.
+        far_ends: the same with the faults of the bench file, for who speaks to the boards.
         consoles: who receives what a console says, as ``BOARD.CHANNEL``; a console is there once it has spoken.
         on_console: called with the name of each new console.
         stimuli: does what is done to the boards from outside; those of the bench file are booked.
@@ -207,12 +209,15 @@ class EmulatedBench:
                 port.frame_taps.append(partial(self._say, _board_of(full)))
             self._wire()
             self._join_lines()
-            self.surroundings = Surroundings(self.bench, bench_file, self._group, self.machines, self.ports, seed=seed)
+            self.far_ends = FarEnds(self.bench, bench_file, self.ports, seed=seed)
+            self.surroundings = Surroundings(
+                self.bench, bench_file, self._group, self.machines, self.far_ends, seed=seed
+            )
             undo.callback(self.surroundings.close)
             for name in self.machines:
                 self._listen_to(name)
             self._declare_nets()
-            self.stimuli = Stimuli(self.bench, bench_file, self.machines, self.ports)
+            self.stimuli = Stimuli(self.bench, bench_file, self.machines, self.far_ends)
             for stimulus in bench_file.stimuli:
                 self.stimuli.add(stimulus)
             self._closing = undo.pop_all()

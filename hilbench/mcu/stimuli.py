@@ -17,8 +17,8 @@ from hilbench.benchfile.bench_file import BenchFile, PinEnd, TerminalEnd, is_che
 from hilbench.benchfile.stimulus import Hold, Ramp, Reset, Send, Square, Stick, Stimulus
 from hilbench.clock import NS_PER_S, EventClass
 from hilbench.errors import UsageError
+from hilbench.mcu.far_ends import FarEnds
 from hilbench.mcu.seams import Machine
-from hilbench.mcu.usart_port import UsartPort
 from targets.mcu.pins import Pin
 from targets.parts import Direction, part_class
 
@@ -35,16 +35,14 @@ class Stimuli:
         bench: whose time it is.
         bench_file: what is wired to what.
         machines: the chips, by board.
-        ports: the far ends of the serial lines, as ``BOARD.usart1``.
+        far_ends: of the USARTs' lines.
     """
 
-    def __init__(
-        self, bench: Bench, bench_file: BenchFile, machines: Mapping[str, Machine], ports: Mapping[str, UsartPort]
-    ) -> None:
+    def __init__(self, bench: Bench, bench_file: BenchFile, machines: Mapping[str, Machine], far_ends: FarEnds) -> None:
         self._bench = bench
         self._bench_file = bench_file
         self._machines = machines
-        self._ports = ports
+        self._far_ends = far_ends
         self._turns: dict[tuple[str, str], int] = {}
 
     def add(self, stimulus: Stimulus) -> None:
@@ -102,7 +100,7 @@ class Stimuli:
         name = f"{stimulus.board}.{stimulus.target}"
         self._bench.record("stimulus", name, text=stimulus.text)
         if isinstance(stimulus.action, Send):
-            self._ports[name].write(stimulus.action.data)
+            self._far_ends[name].write(stimulus.action.data)
         if stimulus.every_ns and times != 1:
             self._book(stimulus, ns + stimulus.every_ns, max(times - 1, 0))
 

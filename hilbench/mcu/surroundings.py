@@ -14,10 +14,10 @@ from hilbench.benchfile.bench_file import BenchFile, Link, ModelTarget
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.mcu.buses import Buses
+from hilbench.mcu.far_ends import FarEnds
 from hilbench.mcu.group import MachineGroup
 from hilbench.mcu.parts import Parts
 from hilbench.mcu.seams import Machine
-from hilbench.mcu.usart_port import UsartPort
 from hilbench.plugins.blame import checked
 from hilbench.plugins.discovery import PLUGINS
 from hilbench.plugins.system import Standing, System
@@ -39,7 +39,7 @@ class Surroundings:
         bench_file: what to build.
         group: who lets the chips run.
         machines: the chips, by board.
-        ports: the far ends of the USARTs' lines, as ``BOARD.usart1``.
+        far_ends: of the USARTs' lines.
         seed: of everything random.
 
     Raises:
@@ -59,13 +59,13 @@ class Surroundings:
         bench_file: BenchFile,
         group: MachineGroup,
         machines: Mapping[str, Machine],
-        ports: Mapping[str, UsartPort],
+        far_ends: FarEnds,
         *,
         seed: int,
     ) -> None:
         self._bench = bench
         self._bench_file = bench_file
-        self._ports = ports
+        self._far_ends = far_ends
         self._seed = seed
         self._undo = contextlib.ExitStack()
         self.model: Standing | None = None
@@ -120,18 +120,17 @@ class Surroundings:
             assert there.owner.device is not None
             DeviceActor(self._bench, there.owner.device.make(there.settings), joined[HOST_LINE], name=name)
 
-    def _ends_of(self, made: ServedTarget, joined: Mapping[str, UsartPort]) -> Iterator[tuple[str, Port]]:
+    def _ends_of(self, made: ServedTarget, joined: Mapping[str, Port]) -> Iterator[tuple[str, Port]]:
         """All ends of a model, of which some lead to boards, and the others nowhere."""
         for line, baud in made.lines.items():
             nowhere = MemoryLink(self._bench.scheduler, Line(baud=baud), name=line).b
             yield line, joined.get(line.rpartition(".")[2], nowhere)
 
-    def _board_of(self, link: Link, name: str) -> Iterator[tuple[str, UsartPort]]:
+    def _board_of(self, link: Link, name: str) -> Iterator[tuple[str, Port]]:
         """The line of a model that leads to a board by this link, if it does, and the board's far end."""
         for end, other in (link.ends, link.ends[::-1]):
-            if end.startswith(f"{name}.") and other in self._ports:
-                self._ports[other].reacts = True
-                yield end.rpartition(".")[2], self._ports[other]
+            if end.startswith(f"{name}.") and other in self._far_ends:
+                yield end.rpartition(".")[2], self._far_ends.reacting(other)
 
     def _add_vehicle(self) -> None:
         from hilbench.mcu.bare_vehicle import BareVehicle
@@ -148,11 +147,10 @@ class Surroundings:
     def _join_parts(self) -> None:
         """Let parts be the far ends of USARTs; whatever a part hears it may answer at once."""
         for link in self._bench_file.links:
-            ports = [self._ports[end] for end in link.ends if end in self._ports]
+            ends = [end for end in link.ends if end in self._far_ends]
             parts = [name for end in link.ends if (name := end.partition(".")[0]) in self._bench_file.parts]
-            if ports and parts:
-                ports[0].reacts = True
-                self.parts.attach(parts[0], ports[0])
+            if ends and parts:
+                self.parts.attach(parts[0], self._far_ends.reacting(ends[0]))
 
     def _model_port(self, link: Link, line: Line) -> Port | None:
         """Return the model's end of a link that leads to it: that of a board's USART, or of a part."""
@@ -160,9 +158,8 @@ class Surroundings:
             return None
         for end in link.ends:
             name = end.partition(".")[0]
-            if end in self._ports:
-                self._ports[end].reacts = True
-                return self._ports[end]
+            if end in self._far_ends:
+                return self._far_ends.reacting(end)
             if name in self._bench_file.parts:
                 memory = MemoryLink(self._bench.scheduler, line, name=end)
                 self.parts.attach(name, memory.a)

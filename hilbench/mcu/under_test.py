@@ -100,9 +100,9 @@ class BoardUnderTest:
         self._lines: dict[str, SerialLine] = {}
         for full, port in emulated.ports.items():
             if full.startswith(f"{name}.") and not port.joined:
-                line = self._lines[full.partition(".")[2]] = SerialLine(emulated.bench, port, port.write)
-                port.reacts = True
-                port.taps.append(line.take)
+                far_end = emulated.far_ends.reacting(full)
+                line = self._lines[full.partition(".")[2]] = SerialLine(emulated.bench, far_end, far_end.write)
+                far_end.taps.append(line.take)
 
     # --- time
 

@@ -105,9 +105,7 @@ class ProtocolSystem(System):
         far_end = emulated.bench_file.checker_lines.get("", "")
         if emulated.bench_file.protocols.get(far_end) is not self._protocol:
             return None
-        port = emulated.ports[far_end]
-        port.reacts = True
-        return self._rig(*self._host(emulated.bench, port, seed))
+        return self._rig(*self._host(emulated.bench, emulated.far_ends.reacting(far_end), seed))
 
     def attached_rig(self, bench: Bench, bench_file: BenchFile, ports: Mapping[str, str], *, seed: int) -> Rig:
         """Listen to what is at a port: a host would speak, and move something, unasked."""

@@ -152,7 +152,7 @@ def _host_end(opened: CaseBench, program: str, protocol: ProtocolPlugin) -> Line
     if isinstance(opened, BoardCase):
         end = opened.emulated.bench_file.checker_lines.get("")
         if end is not None:
-            return peer_of(opened.bench, opened.emulated.ports[end], protocol, program)
+            return peer_of(opened.bench, opened.emulated.far_ends[end], protocol, program)
     elif isinstance(peer := getattr(opened, "peer", None), LinePeer):
         return peer
     raise UsageError("has no line, or several, where one host could be", where="--into")

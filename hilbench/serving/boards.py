@@ -52,6 +52,8 @@ def serve_boards(
             _with_scene(bench_file, options.scene), seed=options.seed, step_ns=LOCKED_STEP_NS, make_machine=make_machine
         )
         stack.callback(emulated.close)
+        if emulated.far_ends.faults is not None:
+            emulated.far_ends.faults.on_refused = say
         served: list[AnyDoor] = []
         for name, wishes in assigned.items():
             port = emulated.ports[name]

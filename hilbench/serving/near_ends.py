@@ -72,7 +72,7 @@ def _board(bench: Bench, bench_file: BenchFile, line: str, baud: int | None, see
     name = _pick(line, free, of_checker if of_checker in free else (usual_usarts(bench_file) or free or [""])[0])
     step_ns = LOCKED_STEP_NS if real_time else FREE_STEP_NS
     emulated = EmulatedBench(bench_file, seed=seed, step_ns=step_ns, bench=bench)
-    port = emulated.ports[name]
+    port = emulated.far_ends[name]
     if baud is not None:
         port.baud = baud
     return NearEnd(

@@ -113,16 +113,20 @@ def connect(
     emulated: EmulatedBench, name: str, doors: Sequence[AnyDoor], say: Say, clients: Clients = Clients.FIRST
 ) -> None:
     """Put the doors of one USART at the far end of its line, and tell who comes and goes."""
-    port = emulated.ports[name]
+    port, far_end = emulated.ports[name], emulated.far_ends[name]
     outside: Port = doors[0] if len(doors) == 1 else SharedDoor(doors, clients)
-    port.on_receive = lambda data, _at_ns: outside.write(data)
     port.on_follow = partial(_follow, port, doors)
-    outside.on_receive = port.begin
-    outside.on_break = lambda _at_ns: port.send_break(outside.break_ns or USUAL_BREAK_NS)
-    port.on_break = _BreakOut(emulated, name, outside, say)
+    if far_end is port:
+        outside.on_receive = port.begin
+    else:  # each byte has to be judged
+        outside.on_receive = lambda data, _at_ns: far_end.write(data)
+    outside.on_break = lambda _at_ns: far_end.send_break(outside.break_ns or USUAL_BREAK_NS)
+    far_end.on_receive = lambda data, _at_ns: outside.write(data)
+    far_end.on_break = _BreakOut(emulated, name, outside, say)
     outside.on_line = lambda up, _at_ns: say(_now(emulated, name, f"a client {'came' if up else 'left'}"))
     for door in doors:
-        port.add_sender(door.incoming)
+        if far_end is port:
+            port.add_sender(door.incoming)
         door.on_garbled = partial(_garbled, emulated, name, door, say)
         door.on_visit = partial(_visited, emulated, name, door, say)
 

@@ -140,7 +140,17 @@ def test_a_smaller_chip_leaves_the_ends_that_it_lacks_unconnected(read):
         (
             BRAIN + "[[faults]]\nkind = 'drop'\nbyte = 1\n",
             5,
-            "faults on the lines of emulated boards are not",
+            'no line of this bench leads to a board; write [[links]] ends = ["peer", "brain.usart1"]',
+        ),
+        (
+            BRAIN + "[[links]]\nends = ['brain.usart1', 'brain.usart2']\n[[faults]]\nkind = 'drop'\nbyte = 1\n",
+            7,
+            "link 0 joins two ends of boards",
+        ),
+        (
+            BRAIN + "[[links]]\nends = ['brain.usart1', 'peer']\n[[faults]]\nkind = 'drop'\nbyte = 1\nlink = 1\n",
+            10,
+            "there is no link 1: this bench has one line, link 0",
         ),
         ("lockstep_us = 0\n" + BRAIN, 1, "must be a whole number >= 1"),
         (

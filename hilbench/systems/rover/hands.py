@@ -241,8 +241,8 @@ class RoverOnBoard:
     """
 
     def __init__(self, board_case: BoardCase, profile: Profile) -> None:
-        port = board_case.emulated.ports[board_case.emulated.bench_file.checker_lines[""]]
-        port.reacts = True
+        emulated = board_case.emulated
+        port = emulated.far_ends.reacting(emulated.bench_file.checker_lines[""])
         self.case = board_case.case
         self.there = board_case
         self.peer = RoverPeer(board_case.bench, port, profile)

@@ -43,8 +43,7 @@ def model_rig(bench: Bench, bench_file: BenchFile, seed: int) -> Rig:
 
 def board_rig(emulated: EmulatedBench, seed: int) -> Rig:
     """Put the ground station to the line of an emulated board."""
-    port = emulated.ports[emulated.bench_file.checker_lines[""]]
-    port.reacts = True
+    port = emulated.far_ends.reacting(emulated.bench_file.checker_lines[""])
     return _rig(*_station(emulated.bench, port, _OF_BOARDS, seed), _OF_BOARDS)
 
 

@@ -107,9 +107,7 @@ class VehicleOnBoard:
     def __init__(self, there: BoardBench) -> None:
         bench_file = there.emulated.bench_file
         far_ends = {far.rpartition(".")[2]: far for far in bench_file.checker_lines.values()}
-        ports = [there.emulated.ports[far_ends[line]] for line in (SIMULATOR_LINE, STACK_LINE)]
-        for port in ports:
-            port.reacts = True
+        ports = [there.emulated.far_ends.reacting(far_ends[line]) for line in (SIMULATOR_LINE, STACK_LINE)]
         self.there = there
         self.simulator = SimulatorPeer(there.bench, ports[0])
         self.stack = stack_peer(there.bench, ports[1], bench_file.settings_of(MicroRosSettings))

@@ -1,0 +1,116 @@
+"""Faults of a bench file on the lines of emulated boards: each kind, each way, and whoever is at the far end."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from hilbench.cli import main
+from hilbench.links.port import PortBase
+from hilbench.mcu.under_test import boards_under_test
+from hilbench.serving.usart_doors import connect
+
+LINE = '[[links]]\nends = ["peer", "brain.usart1"]\n'
+OTHER_LINE = '[[links]]\nends = ["peer.other", "brain.usart2"]\n'
+
+
+def fault(kind, **keys):
+    return f'{LINE}{OTHER_LINE}[[faults]]\nkind = "{kind}"\n' + "".join(
+        f"{key} = {value!r}\n" for key, value in keys.items()
+    )
+
+
+def echo(machine):
+    machine.echo("USART1")
+    machine.usart("USART2")
+
+
+def echoed(emulated, data=b"0123"):
+    """Return what the board heard and what came back of `data`, the same for who owns the far end and who looks on."""
+    heard, came = [], []
+    port = emulated.far_ends["brain.usart1"]
+    line = boards_under_test(emulated)["brain"].usart("usart1")
+    port.on_receive = lambda data, _at_ns: came.append(data)
+    emulated.ports["brain.usart1"].heard_taps.append(lambda data, _at_ns: heard.append(data))
+    emulated.bench.run_for(0.001)
+    line.write(data)
+    emulated.bench.run_for(0.01)
+    assert line.data == b"".join(came)
+    return b"".join(heard), line.data
+
+
+@pytest.mark.parametrize(
+    ("text", "heard", "came"),
+    [
+        (fault("flip", byte=1, bit=0, towards="brain.usart1"), b"0023", b"0023"),
+        (fault("flip", byte=1, bit=0, towards="peer"), b"0123", b"0023"),
+        (fault("drop", byte=2, **{"from": "peer"}), b"013", b"013"),
+        (fault("duplicate", byte=0, towards="peer"), b"0123", b"00123"),
+        (fault("disconnect", at_s=0, duration_s=1.0), b"", b""),
+        (fault("disconnect", at_s=0.5, duration_s=1.0), b"0123", b"0123"),
+        (fault("drop", byte=0, link=1, towards="brain.usart2"), b"0123", b"0123"),
+    ],
+)
+def test_each_end_gets_what_the_fault_leaves(emulate, text, heard, came):
+    assert echoed(emulate(echo, more=text)) == (heard, came)
+
+
+def test_a_wrong_rate_garbles_what_the_board_hears(emulate):
+    heard, _ = echoed(emulate(echo, more=fault("baud", at_s=0, duration_s=1.0, baud=57600, towards="brain.usart1")))
+    assert heard
+    assert heard != b"0123"
+
+
+def test_noise_comes_beside_what_was_sent(emulate):
+    heard, came = echoed(emulate(echo, more=fault("noise", byte=2, count=3, towards="brain.usart1")))
+    assert (len(heard), heard[:2], heard[-2:]) == (7, b"01", b"23")
+    assert came == heard
+
+
+def test_a_break_reaches_the_board(emulate):
+    frames = []
+
+    def program(machine):
+        echo(machine)
+        usart = machine.chip.usarts["USART1"]
+        usart.receive = lambda frame, receive=usart.receive: (frames.append(frame), receive(frame))
+
+    emulated = emulate(program, more=fault("break", at_s=0.001, duration_s=0.002, towards="brain.usart1"))
+    boards_under_test(emulated)
+    emulated.bench.run_for(0.01)
+    assert [(frame.bits, round(float(frame.bit_count * frame.bit_s), 3)) for frame in frames] == [(0, 0.002)]
+
+
+def test_what_strikes_is_in_the_journal_and_in_the_evidence(emulate):
+    emulated = emulate(echo, more=fault("drop", byte=0, towards="peer"))
+    echoed(emulated)
+    (struck,) = [event for event in emulated.bench.journal.recent if event["kind"] == "fault"]
+    assert (struck["number"], struck["fault"], struck["towards"]) == (0, "drop", "peer")
+    (evidence,) = emulated.far_ends.faults.evidence()
+    assert "fault drop" in evidence
+    assert "struck (number 1)" in evidence
+
+
+def test_a_client_of_a_served_board_gets_them(emulate):
+    """A door hands on by the block what no fault decides on; with faults each byte is judged."""
+    emulated = emulate(echo, more=fault("flip", byte=0, bit=0, towards="brain.usart1"))
+    door, came = PortBase("door"), []
+    door.baud, door.write = 115_200, came.append
+    door.set_frame = lambda _baud, _bits: None
+    connect(emulated, "brain.usart1", [door], lambda _text: None)
+    emulated.bench.run_for(0.001)
+    door.on_receive(b"0123", emulated.bench.now_ns)
+    emulated.bench.run_for(0.01)
+    assert b"".join(came) == b"1123"
+
+
+@pytest.mark.slow("an emulated board in a whole check of a case")
+def test_a_suite_on_the_real_board_fails_for_them_and_says_so(tmp_path, capsys):
+    report = tmp_path / "report.json"
+    faults = [f"--set=faults.0.{one}" for one in ("kind=drop", "probability=0.2", "towards=peer")]
+    assert main(["check", "rover", "-k", "P02D", "-q", *faults, "--json", str(report)]) == 1
+    found = json.loads(report.read_bytes())
+    assert found["bench"]["faults"]
+    assert "fault drop" in str(found["cases"])
+    capsys.readouterr()
