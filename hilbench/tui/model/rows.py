@@ -76,9 +76,9 @@ def _joined(frames: Iterable[FrameModel]) -> list[FrameRow]:
     before: FrameModel | None = None
     for frame in frames:
         row = FrameRow(frame, None, None if before is None else frame.ns - before.ns, [frame])
-        waiting = (asked.get((frame.line, not frame.sent, name), []) for name in frame.answers)
-        request = next((_taken(requests, frame) for requests in waiting if requests), None)
-        if request is not None and frame.ns - request.ns <= _ANSWERED_WITHIN_NS:
+        open_ones = (asked.get((frame.line, not frame.sent, name), []) for name in frame.answers)
+        request = next((_taken(requests, frame) for requests in open_ones if _still_open(requests, frame.ns)), None)
+        if request is not None:
             answered.add(request.number)
             row.request, row.frames = request, [request, frame]
         if frame.asks:
@@ -86,6 +86,12 @@ def _joined(frames: Iterable[FrameModel]) -> list[FrameRow]:
         rows.append(row)
         before = frame
     return [row for row in rows if row.number not in answered]
+
+
+def _still_open(requests: list[FrameModel], now_ns: int) -> bool:
+    """Take out of the open requests those that are too old to be answered; say whether any is left."""
+    requests[:] = [request for request in requests if now_ns - request.ns <= _ANSWERED_WITHIN_NS]
+    return bool(requests)
 
 
 def _taken(requests: list[FrameModel], answer: FrameModel) -> FrameModel:

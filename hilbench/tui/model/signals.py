@@ -176,9 +176,9 @@ class SignalsModel:
                 self._put(of + word, "B/s", event["ns"], (event[counter] - before[counter]) / span_s)
 
     def _put(self, name: str, unit: str, ns: int, *values: float) -> None:
-        signal = self.signals.get(name)
-        if signal is None:
-            signal = self.signals[name] = Signal(unit)
+        signal = self.signals.setdefault(name, Signal(unit))
+        if signal.unit != unit:  # two fields with one name, such as a speed in mm/s and one in %
+            signal = self.signals.setdefault(f"{name} in {unit}", Signal(unit))
         signal.take(ns, values)
 
 

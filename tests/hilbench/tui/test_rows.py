@@ -66,6 +66,18 @@ def test_of_several_open_requests_that_with_the_same_number_is_answered(frames_o
     assert [row.request is not None for row in rows] == [False, True, True]
 
 
+def test_a_request_that_is_too_old_stands_in_no_newer_ones_way(frames_of):
+    """The old one has the number of the answer, by noise or because numbers begin anew."""
+
+    def framed(message):
+        return autoware.encode_frame(autoware.encode_message(message))
+
+    asked = [(at, ">", framed(autoware.ControlModeRequest(sequence=number))) for at, number in ((0, 7), (2100, 8))]
+    answer = (2110, "<", framed(autoware.ControlModeResponse(sequence=7)))
+    *_, row = rows_of(frames_of(*asked, answer, protocol="autoware"), fold=False)
+    assert row.request.ns == 2100 * MS
+
+
 def test_columns_are_aligned_and_times_have_their_milliseconds_after_a_minute_too(frames_of):
     noise = (62_007, "<", b"\x00\x01\x02")
     frames = frames_of((59_900, "<", MOTION), (61_980, ">", ASK), (61_990, "<", REPORT), noise, (63_000, "<", MOTION))

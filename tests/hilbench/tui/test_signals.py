@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from enum import IntFlag
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from hilbench.plugins.dashboard import Dashboard
 from hilbench.plugins.protocol import Quantity
 from hilbench.tui.model.bench import BenchModel
 from hilbench.tui.model.checks import ChecksModel
 from hilbench.tui.model.quantities import numbers_of, quantity_of, text_of
+from hilbench.tui.model.signals import SignalsModel
 from hilbench.tui.views.checks import checks_view, clause_view
 from hilbench.tui.views.console import console_view
 from hilbench.tui.views.plots import figure, plots_view
@@ -59,6 +62,17 @@ def test_duty_is_told_of_fast_and_of_slow_pins(percent):
         model.take([{"ns": begin + percent * MS // 5, "kind": "pin", "source": "brain.PB1", "level": False}])
     assert values(model, "PA8 duty") == pytest.approx([percent])
     assert values(model, "PB1 duty") == pytest.approx([percent] * 2)
+
+
+def test_one_name_with_two_units_is_two_figures():
+    model = SignalsModel(Dashboard(kind="it"), {})
+    for number in range(2):
+        for unit, value in (("mm/s", 250.0), ("%", 40.0)):
+            one = SimpleNamespace(quantity=Quantity("speed", unit), numbers=[value])
+            item = SimpleNamespace(name="Report", fields={})
+            model.take_frames([SimpleNamespace(sent=False, good=True, line="", ns=number * S, item=item, fields=[one])])
+    found = {name: (signal.unit, [value for _, value in signal.parts[0]]) for name, signal in model.signals.items()}
+    assert found == {"speed": ("mm/s", [250.0] * 2), "speed in %": ("%", [40.0] * 2)}
 
 
 def test_what_the_far_end_tells_has_its_unit(model_of):
