@@ -49,6 +49,10 @@ exhaustive:       ## every test there is; an hour and more
 gate-runs: dev    ## the gate twelve times: idle, beside busy loops, on one processor, as root in a closed folder, as a user; resumable
 	$(BIN)/python -m measure.gate_runs
 
+.PHONY: right-peers
+right-peers: dev   ## right models, firmware and scripts, checked 100 times each: no clause may accuse one; hours, resumable
+	$(BIN)/python -m measure.right_peers
+
 .PHONY: gate-proof
 gate-proof: dev   ## small defects put into the product, and what of them the gate finds (docs/gate-proof.md); three hours, resumable
 	$(BIN)/python -m measure.gate_proof

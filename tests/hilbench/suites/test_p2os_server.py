@@ -378,6 +378,16 @@ def test_bytes_that_are_read_late_show_no_new_rate():
     assert clause.verdict is Verdict.INCONCLUSIVE
 
 
+@pytest.mark.slow("five turns of a robot, in small steps")
+def test_a_step_of_the_heading_is_as_long_as_the_time_between_two_sips():
+    """A process that serves a robot may be late itself; then a step is longer, and on a late bench nobody knows."""
+    jumps = itertools.cycle([60] + [0] * 39)
+    jumping = sip(lambda one: replace(one, th_raw=min(2047, one.th_raw + next(jumps))))
+    with jumping, late_benches(0.1, 4):
+        (clause,) = run_suites(options("S53"), AtPort(provider("pioneer-plane"))).clauses
+    assert clause.verdict is Verdict.INCONCLUSIVE
+
+
 # --- what the cases measure with
 
 CYCLE_NS = 100 * NS_PER_MS

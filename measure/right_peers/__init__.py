@@ -1,0 +1,1 @@
+"""Right peers, of three kinds, that no clause may accuse."""

@@ -1,0 +1,54 @@
+"""Robots and boards that were written without the project are right: no clause accuses them."""
+
+from __future__ import annotations
+
+import pytest
+
+from measure.right_peers.__main__ import RIGHT, Run, checked_in_memory, is_good, missing, table
+from tests.each import each
+
+SOME = [("script-p2os", "S03 or S22 or S36 or S82"), ("script-pkt", "P03 or P19 or P24D or P64")]
+
+
+@pytest.mark.parametrize(("name", "some"), SOME, ids=[name for name, _ in SOME])
+def test_some_clauses_do_not(name, some):
+    verdicts, accused = checked_in_memory(RIGHT[name], seed=0, also=some)
+    assert accused == {}
+    assert verdicts["pass"] >= 3
+
+
+@pytest.mark.exhaustive("every clause that a port can judge: some seconds each; the gate has the sorts")
+@pytest.mark.parametrize("name", ["script-p2os", "script-pkt"])
+def test_no_clause_does(name):
+    verdicts, accused = checked_in_memory(RIGHT[name], seed=1)
+    assert accused == {}
+    assert verdicts["pass"] >= 50
+
+
+def run(where, verdicts, accused=None):
+    return Run(commit="c", peer="script-pkt", where=where, seed=3, verdicts=verdicts, accused=accused or {})
+
+
+GOOD = run("memory", {"pass": 99, "not-applicable": 7})
+DOUBT = run("busy", {"pass": 99, "inconclusive": 1}, {"P05": "late"})
+MUCH_DOUBT = run("busy", {"pass": 97, "inconclusive": 3}, {"P05": "late"})
+BAD = run("pty", {"fail": 1}, {"P01": "silent"})
+
+
+def test_what_was_run_is_not_run_again():
+    left = [seed for _, _, seed in missing([GOOD], ["script-pkt"], ["memory"])]
+    assert sorted([*left, 3]) == list(range(90))
+
+
+@each(
+    ("runs", "is_right"),
+    [([GOOD], True), ([GOOD, DOUBT], True), ([GOOD, DOUBT, MUCH_DOUBT], False), ([GOOD, BAD], False)],
+)
+def test_one_failure_is_too_much_and_so_is_doubt_in_two_of_a_hundred(runs, is_right):
+    assert is_good(runs) is is_right
+
+
+def test_who_is_accused_of_what_is_said():
+    said = table([GOOD, BAD])
+    assert "| script-pkt | memory | 1 | 99 | 0 | 0 |" in said
+    assert "script-pkt, pty, seed 3: P01: silent" in said
