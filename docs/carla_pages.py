@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import fields
 from typing import Any
 
 from protocols.carla import (
@@ -129,7 +130,9 @@ def frames_page(table: Table) -> str:
         + table(
             ("Id", "What it is", "Bytes"), [(name, one.text, f"`{_hex(one.data)}`") for name, one in VECTORS.items()]
         )
-        + "\n## The joystick\n\n"
+        + "\n## What can be\n\n"
+        "`hardened` drops what is beyond these limits, in either direction, as damaged; all are assumed, far beyond what "
+        "a car does.\n\n" + _limits_table(table) + "\n## The joystick\n\n"
         "A reading within the dead band around zero is 0; above it grows to 1 at the greatest, below it falls to -1 at "
         "the least. Steer is minus X, the upper half of Y is throttle, the lower half brake. The original does "
         "not clamp: a reading of 0 is a brake of 1.033.\n\n"
@@ -152,6 +155,19 @@ def frames_page(table: Table) -> str:
             ],
         )
     )
+
+
+def _limits_table(table: Table) -> str:
+    """The limits of a status, and those of a command, which hold at the board after the factor and at the simulator."""
+    board = PROFILES["hardened"].board
+    kinds = (("status", board.status_limits), ("command", board.command_limits))
+    rows = [
+        (what, f"`{one.name}`", f"{getattr(limits, one.name):g}")
+        for what, limits in kinds
+        if limits is not None
+        for one in fields(limits)
+    ]
+    return table(("Of a", "Figure", "Limit"), rows)
 
 
 def _layout_rows(layout: Layout, meanings: dict[str, str]) -> list[tuple[str, str, str]]:

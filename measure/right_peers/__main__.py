@@ -17,8 +17,9 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -28,7 +29,7 @@ from hilbench.bench.served_targets import ServedTarget
 from hilbench.benchfile.reader import open_bench
 from hilbench.check.bench_provider import make_provider
 from hilbench.check.runner import run_suites
-from hilbench.clock import NS_PER_S
+from hilbench.clock import NS_PER_S, Entry
 from hilbench.judging.provider import BenchProvider
 from hilbench.judging.verdicts import Verdict
 from hilbench.links import Port
@@ -36,7 +37,7 @@ from hilbench.protocol_bench.system import system_of
 from hilbench.terminal.options import CheckOptions
 from measure.gate_runs import BUSY_LOOPS, busy_loops, git
 from measure.mutants.derived.subjects import SUBJECTS, Subject, opened
-from measure.right_peers.at_port import PEERS
+from measure.right_peers.at_port import LINES, PEERS
 
 ROOT = Path(__file__).parents[2]
 OUT = ROOT / "out" / "right-peers"
@@ -55,12 +56,14 @@ class RightPeer:
         protocol: what it speaks.
         subject: the suites that judge it, and the bench that they run on.
         firmware: the bench of its emulated board, if it has one.
+        usarts: where `serve` has its lines, as ``NAME=``; empty for the only one.
     """
 
     kind: str
     protocol: str
     subject: Subject
     firmware: str = ""
+    usarts: tuple[str, ...] = ("",)
 
     @property
     def name(self) -> str:
@@ -68,6 +71,7 @@ class RightPeer:
         return f"{self.kind}-{self.protocol}"
 
 
+_BOTH = ("usart2=", "usart3=")
 RIGHT = {
     peer.name: peer
     for peer in (
@@ -76,6 +80,9 @@ RIGHT = {
         RightPeer(kind="model", protocol="pkt", subject=SUBJECTS["pkt-board"]),
         RightPeer(kind="firmware", protocol="pkt", subject=SUBJECTS["pkt-board"], firmware="rover"),
         RightPeer(kind="script", protocol="pkt", subject=SUBJECTS["pkt-board"]),
+        RightPeer(kind="model", protocol="carla", subject=SUBJECTS["carla-board"], usarts=_BOTH),
+        RightPeer(kind="firmware", protocol="carla", subject=SUBJECTS["carla-board"], firmware="vehicle", usarts=_BOTH),
+        RightPeer(kind="script", protocol="carla", subject=SUBJECTS["carla-board"], usarts=_BOTH),
     )
 }
 
@@ -102,21 +109,32 @@ class Run:
 
 
 class _Script:
-    """A script at the far end of a line, in bench time."""
+    """A script at the far ends of its lines, in bench time."""
 
-    def __init__(self, bench: Bench, port: Port, protocol: str) -> None:
-        self._bench, self._port = bench, port
+    def __init__(self, bench: Bench, ports: Mapping[str, Port], protocol: str) -> None:
+        self._bench, self._ports = bench, dict(zip(LINES[protocol], ports.values(), strict=True))
         self._peer = PEERS[protocol](bench.now_ns / NS_PER_S)
-        port.on_receive = lambda data, at_ns: self._say(self._peer.feed(data, at_ns / NS_PER_S))
+        for line, port in self._ports.items():
+            port.on_receive = partial(self._hear, line)
+        self._entry: Entry | None = None
         self._wait()
 
-    def _say(self, said: bytes) -> None:
-        if said:
-            self._port.write(said)
+    def _hear(self, line: str, data: bytes, at_ns: int) -> None:
+        self._say(self._peer.feed(line, data, at_ns / NS_PER_S))
+        self._wait()
+
+    def _say(self, said: Mapping[str, bytes]) -> None:
+        for line, data in said.items():
+            if data:
+                self._ports[line].write(data)
 
     def _wait(self) -> None:
         at_ns = max(self._bench.now_ns + 1, math.ceil(self._peer.next_s * NS_PER_S))
-        self._bench.scheduler.at(at_ns, self._due, source="script")
+        if self._entry is not None and self._entry.pending:
+            if self._entry.when_ns == at_ns:
+                return
+            self._bench.scheduler.cancel(self._entry)
+        self._entry = self._bench.scheduler.at(at_ns, self._due, source="script")
 
     def _due(self) -> None:
         self._say(self._peer.poll(self._bench.now_ns / NS_PER_S))
@@ -137,7 +155,7 @@ def in_memory(peer: RightPeer, options: CheckOptions) -> Iterator[BenchProvider]
     lines = system.served(bench_file, scene=None, baud=None, seed=0).lines
 
     def make(bench: Bench, ports: Any) -> Any:
-        _Script(bench, next(iter(ports.values())), peer.protocol)
+        _Script(bench, ports, peer.protocol)
         return lambda: None
 
     served = patch.object(type(system), "served", lambda *_args, **_options: ServedTarget(lines, make))
@@ -164,17 +182,18 @@ def verdicts_of(cases: Sequence[dict[str, Any]]) -> tuple[dict[str, int], dict[s
 
 
 @contextlib.contextmanager
-def at_pty(peer: RightPeer, folder: Path) -> Iterator[str]:
-    """Yield the pty of a peer that runs in a process of its own, in real time."""
-    path = str(folder / "line")
+def at_pty(peer: RightPeer, folder: Path) -> Iterator[list[str]]:
+    """Yield the ptys of a peer that runs in a process of its own, in real time, one for each of its lines."""
+    paths = [str(folder / (line or "line")) for line in LINES[peer.protocol]]
     words = ["measure.right_peers.at_port", peer.protocol]
     if peer.kind != "script":
-        words = ["hilbench", "serve", peer.firmware or peer.subject.bench, "--pty", path]
+        doors = [f"{usart}{path}" for usart, path in zip(peer.usarts, paths, strict=True)]
+        words = ["hilbench", "serve", peer.firmware or peer.subject.bench, *(f"--pty={door}" for door in doors)]
     process = subprocess.Popen([sys.executable, "-m", *words], cwd=ROOT, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     try:
-        said = process.stdout.readline().strip()
-        yield said if peer.kind == "script" else path
+        said = process.stdout.readline().split()
+        yield said if peer.kind == "script" else paths
     finally:
         process.terminate()
         process.wait()
@@ -182,10 +201,12 @@ def at_pty(peer: RightPeer, folder: Path) -> Iterator[str]:
 
 
 def checked_at_pty(peer: RightPeer, seed: int) -> tuple[dict[str, int], dict[str, str]]:
-    """Check a peer once over a pty; return the verdicts, and what accuses it."""
-    with tempfile.TemporaryDirectory() as folder, at_pty(peer, Path(folder)) as path:
+    """Check a peer once over ptys; return the verdicts, and what accuses it."""
+    with tempfile.TemporaryDirectory() as folder, at_pty(peer, Path(folder)) as paths:
         report = Path(folder) / "report.json"
-        words = ["check", peer.subject.bench, "--target", f"serial:{path}", "--seed", str(seed), "-q", "--json", report]
+        words = ["check", peer.subject.bench, "--seed", str(seed), "-q", "--json", str(report)]
+        for line, path in zip(LINES[peer.protocol], paths, strict=True):
+            words += ["--target", f"{line}=serial:{path}" if line else f"serial:{path}"]
         words += [word for suite in peer.subject.suites for word in ("--suite", suite)]
         words += ["-k", select] if (select := peer.subject.selects("")) else []
         done = subprocess.run(
