@@ -131,8 +131,8 @@ def frames_page(table: Table) -> str:
             ("Id", "What it is", "Bytes"), [(name, one.text, f"`{_hex(one.data)}`") for name, one in VECTORS.items()]
         )
         + "\n## What can be\n\n"
-        "`hardened` drops what is beyond these limits, in either direction, as damaged; all are assumed, far beyond what "
-        "a car does.\n\n" + _limits_table(table) + "\n## The joystick\n\n"
+        "`hardened` drops what is beyond these limits, in either direction, as damaged; all are assumed, far beyond "
+        "what a car does.\n\n" + _limits_table(table) + "\n## The joystick\n\n"
         "A reading within the dead band around zero is 0; above it grows to 1 at the greatest, below it falls to -1 at "
         "the least. Steer is minus X, the upper half of Y is throttle, the lower half brake. The original does "
         "not clamp: a reading of 0 is a brake of 1.033.\n\n"
