@@ -515,7 +515,7 @@ class CoreEngine:
     def _read(self, window: int, offset: int, size: int) -> int:
         base, access = self._windows[window]
         try:
-            if self._state.watching:
+            if self._state.looking:
                 self._look_at(base, offset, access)
             return access.read(offset, size)
         except BusFault as fault:

@@ -1,5 +1,5 @@
 /* Accesses of the core to memory and registers (DDI0403 sections A3.2, B2.4). */
-#include "cpu.h"
+#include "limits.h"
 
 #include <string.h>
 
@@ -18,7 +18,7 @@ static struct hil_region *memory_at(struct hil_cpu *cpu, uint32_t address, uint3
   struct hil_region *region = hil_region_at(cpu, address);
   if (!region || !region->data || region->size - (address - region->base) < size)
     return NULL;
-  if (!cpu->state.watching)
+  if (!cpu->state.looking)
     cpu->near[region->writable ? 0 : 1] = region;
   return region;
 }
@@ -48,8 +48,8 @@ int hil_store_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint3
   if (!region || !region->writable)
     return ACCESS_REGISTERS;
   uint8_t *place = region->data + (address - region->base);
-  if (cpu->state.watching)
-    hil_watch_store(cpu, place, size);
+  if (cpu->state.looking)
+    hil_look_store(cpu, place, size);
   memcpy(place, &value, size);
   return ACCESS_DONE;
 }
@@ -67,7 +67,7 @@ static bool crosses(const struct hil_region *region, uint32_t address, uint32_t 
 /* Whether an access is for the system control space, and nobody else wants to see it. */
 static bool is_for_core(const struct hil_cpu *cpu, uint32_t address) {
   const struct hil_state *state = &cpu->state;
-  return address - SCS < 0x1000 && cpu->exceptions.count && !state->watching && !state->through_python &&
+  return address - SCS < 0x1000 && cpu->exceptions.count && !state->looking && !state->through_python &&
          hil_is_privileged(state);
 }
 
@@ -88,7 +88,7 @@ static struct hil_block *block_at(struct hil_cpu *cpu, uint32_t address) {
 }
 
 /* Whether somebody else wants to see the accesses of the core. */
-static bool is_watched(const struct hil_state *state) { return state->watching || state->through_python; }
+static bool goes_by_python(const struct hil_state *state) { return state->looking || state->through_python; }
 
 static uint32_t word_of(uint32_t address) { return (address & (BLOCK_SIZE - 1)) / 4; }
 
@@ -153,7 +153,7 @@ static void count_polls(struct hil_state *state, uint32_t address) {
   } else {
     state->polls = 0;
     state->polled_often = 1;
-    if (!state->watching) {
+    if (!state->looking) {
       state->look_at = 0;
       state->changed = 1;
     }
@@ -182,7 +182,7 @@ int hil_load_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint
     return ACCESS_DONE;
   count_polls(&cpu->state, address);
   begin_call(cpu);
-  if (!is_watched(&cpu->state) && read_block(block_at(cpu, address), address, size, value))
+  if (!goes_by_python(&cpu->state) && read_block(block_at(cpu, address), address, size, value))
     return ACCESS_DONE;
   uint32_t window = (uint32_t)(region - cpu->regions);
   *value = cpu->read(window, address - region->base, size);
@@ -229,14 +229,14 @@ int hil_store_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uin
   }
   if (!region)
     return failed(cpu, address, FAULT_WRITE);
-  cpu->watch.dirty = true;
+  cpu->look.dirty = true;
   if (is_for_core(cpu, address) && hil_scs_write(cpu, address - SCS, size, value)) {
     cpu->state.writes++;
     return ACCESS_DONE;
   }
   cpu->state.polled = UINT32_MAX;
   begin_call(cpu);
-  if (!is_watched(&cpu->state) && write_block(block_at(cpu, address), address, size, value)) {
+  if (!goes_by_python(&cpu->state) && write_block(block_at(cpu, address), address, size, value)) {
     cpu->state.block_writes++;
     return ACCESS_DONE;
   }
