@@ -9,6 +9,7 @@
 
 #include "block.h"
 #include "exceptions.h"
+#include "hooks.h"
 #include "layout.h"
 #include "queue.h"
 
@@ -32,7 +33,7 @@ enum { FLOATS = 33, FPSCR = 32 };
 /* Why a run ended; the numbers are those of `StopKind` in engine/api.py, in its order. STOP_PAUSE: before its limit. */
 enum hil_stop {
   STOP_LIMIT, STOP_WFI, STOP_WFE, STOP_SEV, STOP_SVC, STOP_BREAKPOINT, STOP_EXCEPTION_RETURN, STOP_FAULT,
-  STOP_TROUBLE, STOP_STEP, STOP_PAUSE,
+  STOP_TROUBLE, STOP_STEP, STOP_HIT, STOP_PAUSE,
 };
 
 /* What an instruction could not do; in the order of `FaultKind`. */
@@ -119,7 +120,9 @@ struct hil_op {
 enum {
   OP_NARROW = 1,              /* sets the flags outside of an IT block only: `code` + 1 is the same without */
   OP_WRITES_BACK = 2,
-  OP_ALIGNS_SP = 4,           /* in writable memory: to be executed as OP_TO_SP does */
+  OP_ALIGNS_SP = 4,           /* in writable memory, and with OP_HOOK: to be executed as OP_TO_SP does */
+  OP_BREAKS = 8,              /* a breakpoint */
+  OP_BRANCHES = 16,           /* where edges are counted: it may branch */
 };
 
 struct hil_region {
@@ -128,6 +131,7 @@ struct hil_region {
   struct hil_op *ops;         /* one for each half-word and one for the end; NULL until something is executed */
   uint8_t *executed;          /* see coverage.c; NULL: nobody wants to know */
   bool writable;
+  bool watched;               /* a watchpoint is there */
 };
 
 enum { MOST_REGIONS = 64, MOST_BLOCKS = 32 };
@@ -140,6 +144,7 @@ struct hil_look {
   uint32_t steps, laps;
   uint32_t store_count;
   bool dirty;                 /* registers were written, limits or timing changed, or more stored than is kept */
+  bool told;                  /* a hook has had something to tell in this lap */
   struct {
     uint8_t *place;
     uint32_t size, value;
@@ -159,6 +164,7 @@ struct hil_cpu {
   uint32_t block_count;
   struct hil_region *near[2]; /* memory that was accessed last: writable, and read-only */
   struct hil_look look;
+  struct hil_hooks hooks;
   struct hil_queue *queue;    /* NULL: nothing happens but in the core */
   bool executing;             /* within `hil_run`, also where `running` says that an instruction has ended */
   hil_read read;
@@ -181,11 +187,13 @@ static inline void hil_tell_time(struct hil_cpu *cpu) {
 }
 
 /* memory.c: how an access went, or a fault. */
-enum { ACCESS_DONE = -1, ACCESS_REGISTERS = -2 };
+enum { ACCESS_DONE = -1, ACCESS_REGISTERS = -2, ACCESS_HIT = -3 };
 /* The window of `hil_write` for stores into read-only memory; the offset is their address. */
 #define HIL_READ_ONLY UINT32_MAX
 
 struct hil_region *hil_region_at(struct hil_cpu *cpu, uint32_t address);
+int hil_peek_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value);
+int hil_poke_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value);
 int hil_load_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value);
 int hil_store_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value);
 int hil_load_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value);
@@ -194,6 +202,9 @@ int hil_store_beside(struct hil_cpu *cpu, uint32_t address, uint32_t value);
 bool hil_master_load(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value);
 bool hil_master_store(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value);
 uint32_t hil_fetch(struct hil_cpu *cpu, const struct hil_region *region, uint32_t address, bool *complete);
+
+/* cpu.c */
+void hil_forget(struct hil_cpu *cpu, uint32_t base, uint32_t size);
 
 /* coverage.c */
 void hil_remember(struct hil_region *region, size_t first, size_t last);

@@ -30,7 +30,7 @@ void hil_look_begin(struct hil_cpu *cpu) {
   cpu->state.lap++;
   look->before = cpu->state;
   look->steps = look->laps = look->store_count = 0;
-  look->dirty = false;
+  look->dirty = look->told = false;
 }
 
 /* Begin a look if one is due; say whether. */
@@ -80,7 +80,7 @@ enum hil_lap hil_look_step(struct hil_cpu *cpu, bool at_start) {
   if (!at_start || state->retired == look->before.retired) /* the end of a memory, where one looked, is none */
     return LAP_GOES_ON;
   if (state->live)
-    return LAP_COUNTS;
+    return look->told ? LAP_GIVEN_UP : LAP_COUNTS;
   if (same_memory(look) && same_registers(state, &look->before)) {
     state->loop_pc = state->reg[R_PC];
     state->loop_lap = state->lap;
@@ -92,6 +92,7 @@ enum hil_lap hil_look_step(struct hil_cpu *cpu, bool at_start) {
   state->lap++;
   look->before = *state;
   look->store_count = 0;
+  look->told = false;
   return LAP_GOES_ON;
 }
 
@@ -130,7 +131,7 @@ bool hil_look_goes_on(struct hil_cpu *cpu, enum hil_lap lap) {
   state->counting = lap == LAP_COUNTS;
   if (state->counting || state->skip == LOOK_ONCE)
     return false;
-  if (lap == LAP_SAME && !hil_is_over(state)) {
+  if (lap == LAP_SAME && !cpu->look.told && !hil_is_over(state)) {
     pass_over(state, state->loop_instructions, state->cycle - cpu->look.before.cycle);
     state->look_at = state->retired + state->look_wait; /* none at once, that the limit would cut off */
   }

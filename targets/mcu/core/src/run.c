@@ -131,13 +131,20 @@ static bool is_known(const struct hil_region *code, const struct hil_op *op) { r
 /* BKPT is executed whatever the condition (section A7.7.17). */
 static bool begins_breakpoint(struct hil_cpu *cpu, const struct hil_region *code, const struct hil_op *op,
                               uint32_t pc) {
-  return is_known(code, op) ? op->code == OP_BKPT : first_half(cpu, code, pc) >> 8 == 0xBE;
+  return is_known(code, op) ? op->real == OP_BKPT : first_half(cpu, code, pc) >> 8 == 0xBE;
 }
 
 static uint32_t length_of(struct hil_cpu *cpu, const struct hil_region *code, const struct hil_op *op, uint32_t pc) {
   if (is_known(code, op))
     return op->halves;
   return hil_is_wide(first_half(cpu, code, pc)) ? 2 : 1;
+}
+
+/* Whether an instruction is another than was decoded there. */
+static bool is_stale(struct hil_cpu *cpu, const struct hil_region *code, const struct hil_op *op, uint32_t pc) {
+  bool complete;
+  uint32_t raw = hil_fetch(cpu, code, pc, &complete);
+  return (op->halves == 1 ? raw & 0xFFFF : raw) != op->raw || !complete;
 }
 
 /* Words that go to or come from memory in one instruction, most of them. */
@@ -321,6 +328,15 @@ HIL_EXPORT uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t 
       FAIL(FAULT_UNALIGNED);                                                                                          \
     }                                                                                                                 \
   } while (0)
+  /* Before the first of several words is accessed: a register must not be read twice. */
+#define STOP_IF_WATCHED(count, kind, stored)                                                                          \
+  do {                                                                                                                \
+    if (UNLIKELY(cpu->hooks.watchpoint_count)) {                                                                      \
+      LEAVE();                                                                                                        \
+      if (hil_watch_stops(cpu, address, 4u * (count), kind, stored))                                                  \
+        FAIL(ACCESS_HIT);                                                                                             \
+    }                                                                                                                 \
+  } while (0)
 #define ALL_NEAR(count)                                                                                               \
   (address - cpu->near[0]->base < cpu->near[0]->size &&                                                               \
    cpu->near[0]->size - (address - cpu->near[0]->base) >= 4u * (count))
@@ -332,6 +348,7 @@ HIL_EXPORT uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t 
       memcpy(words, NEAR_BYTES(), 4u * (count));                                                                      \
       break;                                                                                                          \
     }                                                                                                                 \
+    STOP_IF_WATCHED(count, HIT_READ, NULL);                                                                           \
     for (uint32_t at_ = 0; at_ < (count); at_++, address += 4)                                                        \
       NEAR_LOAD(uint32_t, (words)[at_]);                                                                              \
   } while (0)
@@ -343,9 +360,10 @@ HIL_EXPORT uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t 
       memcpy(NEAR_BYTES(), words, 4u * (count));                                                                      \
       break;                                                                                                          \
     }                                                                                                                 \
+    STOP_IF_WATCHED(count, HIT_WRITE, words);                                                                         \
     for (uint32_t at_ = 0; at_ < (count); at_++, address += 4) {                                                      \
       undo_address[undo_count] = address;                                                                             \
-      undo_count += hil_load_memory(cpu, address, 4, &undo_word[undo_count]) == ACCESS_DONE;                          \
+      undo_count += hil_peek_memory(cpu, address, 4, &undo_word[undo_count]) == ACCESS_DONE;                          \
       NEAR_STORE(uint32_t, (words)[at_]);                                                                             \
     }                                                                                                                 \
     undo_count = 0;                                                                                                   \
@@ -362,6 +380,7 @@ HIL_EXPORT uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t 
   state->fault = NO_FAULT;
   state->fault_address = 0;
   state->stop_value = 0;
+  cpu->hooks.hit.kind = cpu->hooks.hit.in_block = 0;
   r[R_SP] = r[hil_uses_psp(state) ? R_PSP : R_MSP];
   state->counting = 0;
   hil_look_from(state);
@@ -501,6 +520,7 @@ L_UNDECODED: {
     FAIL(FAULT_FETCH);
   }
   hil_decode(cpu, PC_OF(op), raw, code->writable, op);
+  hil_hook(cpu, PC_OF(op), op);
   op->jump = JUMP_TO(op->code);
   if (it)
     goto dispatch_in_block;
@@ -508,16 +528,28 @@ L_UNDECODED: {
 }
 
   /* Code in writable memory may have changed, whoever did that. */
-L_VERIFY: {
-  bool complete;
-  uint32_t raw = hil_fetch(cpu, code, PC_OF(op), &complete);
-  if (UNLIKELY((op->halves == 1 ? raw & 0xFFFF : raw) != op->raw || !complete)) {
+L_VERIFY:
+  if (UNLIKELY(is_stale(cpu, code, op, PC_OF(op))))
     goto L_UNDECODED;
-  }
   if (op->flags & OP_ALIGNS_SP)
     goto L_TO_SP;
   goto *LABELS[op->real + (it && op->flags & OP_NARROW)];
-}
+
+  /* One that is stopped at, or whose edges are counted. */
+L_HOOK:
+  if (code->writable && is_stale(cpu, code, op, PC_OF(op)))
+    goto L_UNDECODED;
+  if (op->flags & OP_BREAKS) {
+    LEAVE();
+    if (hil_breaks(cpu)) {
+      why = STOP_HIT;
+      goto end;
+    }
+  }
+  hil_count_edge(cpu, op, PC_OF(op));
+  if (op->flags & OP_ALIGNS_SP)
+    goto L_TO_SP;
+  goto *LABELS[op->real + (it && op->flags & OP_NARROW)];
 
 L_TO_SP:
   aligns_sp = 1;
@@ -537,8 +569,12 @@ retire_and_stop:
 
 failed:
   for (; undo_count > 0; undo_count--)
-    hil_store_memory(cpu, undo_address[undo_count - 1], 4, undo_word[undo_count - 1]);
+    hil_poke_memory(cpu, undo_address[undo_count - 1], 4, undo_word[undo_count - 1]);
   LEAVE();
+  if (fault == ACCESS_HIT) {
+    why = STOP_HIT;
+    goto end;
+  }
   state->fault = fault;
   why = STOP_FAULT;
   goto end;
