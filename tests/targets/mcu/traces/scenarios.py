@@ -99,7 +99,7 @@ RUNS: dict[str, Run] = {
     "watched": Run(watched=True),
     "inputs-entered-late": Run(late=True),
     "hooked": Run(hooked=True),
-    "hooked-in-irregular-steps": Run(hooked=True, skip_idle=False, seed=3),
+    "hooked-in-irregular-steps": Run(hooked=True, seed=3),
 }
 
 
