@@ -19,6 +19,7 @@ import pytest
 
 from targets.boards import built_in_board
 from targets.firmware import image_path
+from targets.mcu.engine.hooks import Watchpoint
 from targets.mcu.image import limits_for, load_image
 from targets.mcu.machine import Machine
 from targets.mcu.serial_line import Words
@@ -217,6 +218,34 @@ def test_an_image(image, baud, capsys):
     if baud:
         assert len(ours.sent) >= BLOCKS * OURS_MS / 1000 * baud / 10 * 0.95
     assert factor > 0
+
+
+def test_hooks(capsys):
+    """What hooks cost that never stop: nothing once they are taken away."""
+    elsewhere = {FLASH + 2 * n for n in range(0x4000, 0x4100)}
+    candidates = {name: Ours("bench-busy") for name in ("none", "taken away", "256 breakpoints elsewhere",
+                                                        "RAM is watched", "edges", "accesses")}  # fmt: skip
+    hooks = {name: candidate.machine.engine.hooks for name, candidate in candidates.items()}
+    for name in ("taken away", "256 breakpoints elsewhere"):
+        hooks[name].breakpoints = elsewhere
+    for name in ("taken away", "RAM is watched"):
+        hooks[name].watchpoints = [Watchpoint(RAM + 0x4000)]
+    for name in ("taken away", "edges"):
+        hooks[name].map_edges(1 << 16)
+    for name in ("taken away", "accesses"):
+        hooks[name].log_accesses(1000)
+    taken = hooks["taken away"]
+    taken.breakpoints = taken.watchpoints = ()
+    taken.stop_mapping()
+    taken.log_accesses(0)
+    best = best_of(candidates)
+    plain = best["none"][0]
+    tell(
+        capsys,
+        "bench-busy with hooks: as fast as without",
+        *(f"  {name}: {factor / plain:.2f} times" for name, (factor, _) in best.items() if name != "none"),
+    )
+    assert all(factor > 0 for factor, _ in best.values())
 
 
 def shares_of(ours):

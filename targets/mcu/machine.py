@@ -30,6 +30,7 @@ from targets.mcu.cortexm.semihosting import Exit, Semihosting
 from targets.mcu.ended import Ended, EndKind
 from targets.mcu.engine.api import Access, Reg, Stop, StopKind
 from targets.mcu.engine.core_engine import CoreEngine, Loop
+from targets.mcu.engine.hooks import Hit
 from targets.mcu.engine.idle import IdleSkipper
 from targets.mcu.engine.timing import make_timing
 from targets.mcu.fault_watch import FaultWatch
@@ -67,6 +68,7 @@ class Machine:
         time: cycles and events.
         notes: what the firmware touched that is not modelled, or got wrong.
         ended: why nothing more will happen, or None.
+        hit: the breakpoint or watchpoint of ``engine.hooks`` at which the last `run_to` has stopped, or None.
         on_console: called with what the program writes by ``semihosting`` or ``itm``, and which of the two.
         on_reset: called with the cause, as RCC_CSR names it, when the chip is reset.
         on_fault: called with every fault.
@@ -88,6 +90,7 @@ class Machine:
         self.image = image
         self.timing = timing
         self.ended: Ended | None = None
+        self.hit: Hit | None = None
         self.on_console: Callable[[bytes, str], None] = lambda _text, _channel: None
         self.on_reset: Callable[[str], None] = lambda _cause: None
         self.on_fault: Callable[[Fault], None] = lambda _fault: None
@@ -106,6 +109,7 @@ class Machine:
         self._skips = skip_idle
         self._watch = FaultWatch(self.time, self._ask_for_look)
         self._look_at_fault = False
+        self._look_began: int | None = None
         self._horizon_ns = 0
         self._reset_cause: str | None = "POR"
         self._resets: list[tuple[str, int]] = []
@@ -132,10 +136,12 @@ class Machine:
         return self.time.now
 
     def run_to(self, limit_ns: int) -> None:
-        """Execute until bench time `limit_ns`, or until `ended` is set, or `horizon` was called with less."""
+        """Execute until bench time `limit_ns`, or until `ended` or `hit` is set, or `horizon` was called with less."""
         self._horizon_ns = limit_ns
         time, engine = self.time, self.engine
-        while self.ended is None:
+        if self.hit is not None:
+            self._go_on()
+        while self.ended is None and self.hit is None:
             limit = max(time.cycle_at_ns(self._horizon_ns), time.now)
             if engine.cycle < limit:
                 self._look_anew()
@@ -274,11 +280,21 @@ class Machine:
         else:
             stop = self.engine.go(limit)
         if stop.kind is not StopKind.LIMIT:
-            self._halt()
             self._handle(stop)
 
+    def _go_on(self) -> None:
+        """Go on from where it was stopped; the rest of an IT block comes before anything else may."""
+        self.hit = None
+        if self.engine.hooks.in_block:
+            stop = self.engine.go(self.engine.cycle)
+            if stop.kind is not StopKind.LIMIT:
+                self._handle(stop)
+
     def _handle(self, stop: Stop) -> None:
-        if stop.kind is StopKind.BREAKPOINT and stop.value == _SEMIHOSTING:
+        self._halt()
+        if stop.kind is StopKind.HIT:
+            self.hit = self.engine.hooks.hit
+        elif stop.kind is StopKind.BREAKPOINT and stop.value == _SEMIHOSTING:
             self.semihosting.call()
         elif stop.kind is StopKind.WFI:
             self._enter_deep_sleep()
@@ -385,9 +401,13 @@ class Machine:
     def _look(self, target: int) -> Stop:
         """End the run if the handler of a fault waits for ever."""
         self._look_at_fault = False
-        now = self.time.now
+        now = self.time.now if self._look_began is None else self._look_began
         fault = self.core.last_fault
         stop = self._idle.look(target)
+        if stop.kind is StopKind.HIT:
+            self._look_at_fault, self._look_began = True, now
+            return stop
+        self._look_began = None
         loop = self._idle.found
         if loop is None or fault is None:
             self._watch.look_again()

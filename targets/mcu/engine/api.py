@@ -71,6 +71,7 @@ class StopKind(enum.Enum):
     FAULT = "fault"
     TROUBLE = "trouble"
     STEP = "step"
+    HIT = "hit"
 
 
 class FaultKind(enum.Enum):

@@ -18,6 +18,7 @@ from typing import Any, Protocol
 from targets.mcu.core.library import owner_of, structure, with_lock_held
 from targets.mcu.cortexm.kinds import CORTEX_M3, CoreKind
 from targets.mcu.engine.api import Access, FaultKind, FloatAccess, Reg, Stop, StopKind
+from targets.mcu.engine.hooks import Hooks
 from targets.mcu.engine.timing import Timing
 from targets.mcu.errors import BusFault, EngineError
 from targets.mcu.timebase import Timebase
@@ -34,7 +35,7 @@ _FAULTS = tuple(FaultKind)
 _NO_LIMIT = (1 << 64) - 1
 _PAUSE = len(_STOPS)  # a run ended before its limit
 _LIMIT = Stop(StopKind.LIMIT)
-_PLAIN = (StopKind.LIMIT, StopKind.WFI, StopKind.WFE, StopKind.SEV, StopKind.STEP)
+_PLAIN = (StopKind.LIMIT, StopKind.WFI, StopKind.WFE, StopKind.SEV, StopKind.STEP, StopKind.HIT)
 _PLAIN_STOPS = tuple(Stop(kind) if kind in _PLAIN else None for kind in _STOPS)
 # How many numbers functions of nvic.c and entry.c take: those that say whether, that return a trouble, and the others.
 _SAY_WHETHER = {"hil_can_take": 0, "hil_wakes": 0, "hil_scs_write": 3}
@@ -115,6 +116,7 @@ class CoreEngine:
             the instruction.
         exceptions: what is kept of them; ``struct hil_exceptions`` (`exceptions.h`).
         systick: the timer; ``struct hil_systick``.
+        hooks: breakpoints, watchpoints, edges, accesses to registers.
 
     Raises:
         EngineError: the library is missing and cannot be made.
@@ -133,6 +135,7 @@ class CoreEngine:
         self._state = state = structure("hil_state").from_address(library.hil_state_of(self._core))
         self.exceptions: Any = structure("hil_exceptions").from_address(library.hil_exceptions_of(self._core))
         self.systick: Any = structure("hil_systick").from_address(library.hil_systick_of(self._core))
+        self.hooks = Hooks(library, self._core)
         self._times = memoryview(state).cast("B")[:16].cast("Q")  # its first fields, `cycle` and `retired`
         self._registers = memoryview(state.reg).cast("B").cast("I")
         self._floats = memoryview(state.floats).cast("B").cast("I")
@@ -332,7 +335,7 @@ class CoreEngine:
 
         Returns:
             LIMIT also where the time is halted. FAULT, BREAKPOINT and TROUBLE are for somebody else, WFI is a deep
-            sleep, STEP comes if ``exceptions.by_steps`` asks for it; nothing else.
+            sleep, HIT is a stop of `hooks`, STEP comes if ``exceptions.by_steps`` asks for it; nothing else.
         """
         return self._call(self._library.hil_go, limit_cycle, None, skip)
 
@@ -515,7 +518,7 @@ class CoreEngine:
     def _read(self, window: int, offset: int, size: int) -> int:
         base, access = self._windows[window]
         try:
-            if self._state.watching:
+            if self._state.looking:
                 self._look_at(base, offset, access)
             return access.read(offset, size)
         except BusFault as fault:
@@ -584,6 +587,12 @@ def _library() -> Any:
     library.hil_forget.argtypes, library.hil_forget.restype = (pointer, word, word), None
     library.hil_cover.argtypes, library.hil_cover.restype = (pointer,), ctypes.c_bool
     library.hil_executed.argtypes, library.hil_executed.restype = (pointer, word), pointer
+    library.hil_hit_of.argtypes, library.hil_hit_of.restype = (pointer,), pointer
+    for setter in (library.hil_set_breakpoints, library.hil_set_watchpoints):
+        setter.argtypes, setter.restype = (pointer, pointer, word), ctypes.c_bool
+    for giver in (library.hil_map_edges, library.hil_log_accesses):
+        giver.argtypes, giver.restype = (pointer, pointer, word), None
+    library.hil_accesses_logged.argtypes, library.hil_accesses_logged.restype = (pointer,), word
     library.hil_exceptions_of.argtypes, library.hil_exceptions_of.restype = (pointer,), pointer
     for run in (library.hil_run, library.hil_go):
         run.argtypes, run.restype = (pointer, double, double), word

@@ -29,6 +29,12 @@ static const struct hil_row rows[] = {
 #define STRUCT hil_exceptions
     WHOLE HIL_EXCEPTIONS_FIELDS(ONE, MANY)
 #undef STRUCT
+#define STRUCT hil_hit
+    WHOLE HIL_HIT_FIELDS(ONE, MANY)
+#undef STRUCT
+#define STRUCT hil_access
+    WHOLE HIL_ACCESS_FIELDS(ONE, MANY)
+#undef STRUCT
 #define STRUCT hil_time
     WHOLE HIL_TIME_FIELDS(ONE, MANY)
 #undef STRUCT

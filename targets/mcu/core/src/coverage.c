@@ -2,7 +2,7 @@
  *
  * Code is decoded when it is first executed, never before: what has been decoded has been executed, and to know that
  * costs nothing. What is forgotten (`hil_forget`) is remembered here first. An instruction that an IT block passes over
- * is not decoded; one that faults is. */
+ * is not decoded; one that faults is, and one before which a breakpoint stops. */
 #include "cpu.h"
 
 #include <stdlib.h>

@@ -9,6 +9,7 @@
 
 #include "block.h"
 #include "exceptions.h"
+#include "hooks.h"
 #include "layout.h"
 #include "queue.h"
 
@@ -32,7 +33,7 @@ enum { FLOATS = 33, FPSCR = 32 };
 /* Why a run ended; the numbers are those of `StopKind` in engine/api.py, in its order. STOP_PAUSE: before its limit. */
 enum hil_stop {
   STOP_LIMIT, STOP_WFI, STOP_WFE, STOP_SEV, STOP_SVC, STOP_BREAKPOINT, STOP_EXCEPTION_RETURN, STOP_FAULT,
-  STOP_TROUBLE, STOP_STEP, STOP_PAUSE,
+  STOP_TROUBLE, STOP_STEP, STOP_HIT, STOP_PAUSE,
 };
 
 /* What an instruction could not do; in the order of `FaultKind`. */
@@ -70,9 +71,9 @@ typedef void (*hil_write)(uint32_t window, uint32_t offset, uint32_t size, uint3
  * stop_value: of SVC and BKPT; EXC_RETURN; a trouble.
  * fault, fault_address: of STOP_FAULT.
  * exclusive, exclusive_address: what LDREX marked.
- * skip: how loops that change nothing are taken; see watch.c. look_at, look_wait: the instruction before which one is
+ * skip: how loops that change nothing are taken; see loops.c. look_at, look_wait: the instruction before which one is
  *   looked for next, and how many lie between two looks.
- * watching: a look is on; an access to a register that may give something else the next time sets `live`.
+ * looking: a look is on; an access to a register that may give something else the next time sets `live`.
  * loop_pc, loop_instructions: the loop that the last look found, an instruction of it and how many it has; 0: none.
  * lap, loop_lap: the number of the lap that is looked at, of all, and of the one that was the loop.
  * counting: the run ended within a loop that reads such registers.
@@ -92,7 +93,7 @@ typedef void (*hil_write)(uint32_t window, uint32_t offset, uint32_t size, uint3
     ONE(uint32_t, stop_value) ONE(int32_t, fault) ONE(uint32_t, fault_address) \
     ONE(uint32_t, exclusive) ONE(uint32_t, exclusive_address) \
     ONE(uint64_t, look_at) ONE(uint32_t, look_wait) ONE(uint32_t, skip) \
-    ONE(uint32_t, watching) ONE(uint32_t, live) ONE(uint32_t, counting) \
+    ONE(uint32_t, looking) ONE(uint32_t, live) ONE(uint32_t, counting) \
     ONE(uint32_t, loop_pc) ONE(uint32_t, loop_instructions) ONE(uint32_t, lap) ONE(uint32_t, loop_lap) \
     MANY(uint32_t, reg, 23) \
     MANY(uint32_t, floats, 33)
@@ -119,7 +120,9 @@ struct hil_op {
 enum {
   OP_NARROW = 1,              /* sets the flags outside of an IT block only: `code` + 1 is the same without */
   OP_WRITES_BACK = 2,
-  OP_ALIGNS_SP = 4,           /* in writable memory: to be executed as OP_TO_SP does */
+  OP_ALIGNS_SP = 4,           /* in writable memory, and with OP_HOOK: to be executed as OP_TO_SP does */
+  OP_BREAKS = 8,              /* a breakpoint */
+  OP_BRANCHES = 16,           /* where edges are counted: it may branch */
 };
 
 struct hil_region {
@@ -128,18 +131,20 @@ struct hil_region {
   struct hil_op *ops;         /* one for each half-word and one for the end; NULL until something is executed */
   uint8_t *executed;          /* see coverage.c; NULL: nobody wants to know */
   bool writable;
+  bool watched;               /* a watchpoint is there */
 };
 
 enum { MOST_REGIONS = 64, MOST_BLOCKS = 32 };
 
-/* What was when a look began, and what has been stored since; see watch.c. */
+/* What was when a look began, and what has been stored since; see loops.c. */
 enum { MOST_STORES = 64 };
 
-struct hil_watch {
+struct hil_look {
   struct hil_state before;
   uint32_t steps, laps;
   uint32_t store_count;
   bool dirty;                 /* registers were written, limits or timing changed, or more stored than is kept */
+  bool told;                  /* a hook has had something to tell in this lap */
   struct {
     uint8_t *place;
     uint32_t size, value;
@@ -158,7 +163,8 @@ struct hil_cpu {
   struct hil_block *blocks[MOST_BLOCKS];
   uint32_t block_count;
   struct hil_region *near[2]; /* memory that was accessed last: writable, and read-only */
-  struct hil_watch watch;
+  struct hil_look look;
+  struct hil_hooks hooks;
   struct hil_queue *queue;    /* NULL: nothing happens but in the core */
   bool executing;             /* within `hil_run`, also where `running` says that an instruction has ended */
   hil_read read;
@@ -181,11 +187,13 @@ static inline void hil_tell_time(struct hil_cpu *cpu) {
 }
 
 /* memory.c: how an access went, or a fault. */
-enum { ACCESS_DONE = -1, ACCESS_REGISTERS = -2 };
+enum { ACCESS_DONE = -1, ACCESS_REGISTERS = -2, ACCESS_HIT = -3 };
 /* The window of `hil_write` for stores into read-only memory; the offset is their address. */
 #define HIL_READ_ONLY UINT32_MAX
 
 struct hil_region *hil_region_at(struct hil_cpu *cpu, uint32_t address);
+int hil_peek_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value);
+int hil_poke_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value);
 int hil_load_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value);
 int hil_store_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value);
 int hil_load_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value);
@@ -195,19 +203,25 @@ bool hil_master_load(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint3
 bool hil_master_store(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value);
 uint32_t hil_fetch(struct hil_cpu *cpu, const struct hil_region *region, uint32_t address, bool *complete);
 
+/* cpu.c */
+void hil_forget(struct hil_cpu *cpu, uint32_t base, uint32_t size);
+
 /* coverage.c */
 void hil_remember(struct hil_region *region, size_t first, size_t last);
 
-/* watch.c */
+/* loops.c */
 enum hil_skip { SKIP_NOTHING, SKIP_LOOPS, LOOK_ONCE };
 enum hil_lap { LAP_GOES_ON, LAP_SAME, LAP_COUNTS, LAP_GIVEN_UP };
 
 enum { HIL_FIRST_WAIT = 160 };
 
-void hil_watch_begin(struct hil_cpu *cpu);
-void hil_watch_store(struct hil_cpu *cpu, uint8_t *place, uint32_t size);
-enum hil_lap hil_watch_step(struct hil_cpu *cpu, bool at_start);
-void hil_watch_end(struct hil_cpu *cpu, enum hil_lap lap);
+void hil_look_from(struct hil_state *state);
+void hil_look_begin(struct hil_cpu *cpu);
+bool hil_look_begins(struct hil_cpu *cpu);
+void hil_look_store(struct hil_cpu *cpu, uint8_t *place, uint32_t size);
+enum hil_lap hil_look_step(struct hil_cpu *cpu, bool at_start);
+void hil_look_end(struct hil_cpu *cpu, enum hil_lap lap);
+bool hil_look_goes_on(struct hil_cpu *cpu, enum hil_lap lap);
 
 static inline uint32_t hil_rotated(uint32_t value, uint32_t by) {
   return by ? value >> by | value << (32 - by) : value;
@@ -224,7 +238,6 @@ bool hil_change_masks(struct hil_cpu *cpu, uint32_t bits);
 void hil_begin_floats(struct hil_cpu *cpu);
 
 /* run.c */
-uint64_t hil_cycle_at(const struct hil_state *state, uint64_t retired);
 uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t instructions);
 
 #endif

@@ -375,6 +375,7 @@ HIL_EXPORT bool hil_can_take(struct hil_cpu *cpu) {
 /* Do that step. */
 HIL_EXPORT enum hil_trouble hil_take(struct hil_cpu *cpu) {
   cpu->state.loop_instructions = 0; /* the program may go elsewhere */
+  hil_begin_elsewhere(&cpu->hooks);
   switch (cpu->exceptions.step) {
   case STEP_ENTER: return enter(cpu);
   case STEP_LEAVE: return leave(cpu);
@@ -415,7 +416,9 @@ static uint32_t go(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t instructi
   for (;;) {
     enum hil_trouble trouble = TROUBLE_NONE;
     uint32_t why = STOP_STEP;
-    if (state->cycle >= state->limit_cycle || (state->due <= state->cycle && !hil_queue_pass(cpu->queue, state->cycle)))
+    bool in_block = cpu->hooks.hit.in_block;
+    if (!in_block && (state->cycle >= state->limit_cycle ||
+                      (state->due <= state->cycle && !hil_queue_pass(cpu->queue, state->cycle))))
       return STOP_LIMIT;
     if (x->sleeping) {
       if (hil_wakes(cpu)) {
@@ -427,14 +430,14 @@ static uint32_t go(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t instructi
         continue;
       }
     }
-    if (hil_can_take(cpu)) {
+    if (!in_block && hil_can_take(cpu)) {
       trouble = hil_take(cpu);
     } else {
-      if (state->retired >= last)
+      if (!in_block && state->retired >= last)
         return STOP_PAUSE;
       state->until_unmasked = x->best_priority < x->active_priority;
       why = hil_run(cpu, state->limit_cycle, last - state->retired);
-      if (why == STOP_FAULT || why == STOP_BREAKPOINT)
+      if (why == STOP_FAULT || why == STOP_BREAKPOINT || why == STOP_HIT)
         return why;
       trouble = hil_act(cpu, why, state->stop_value);
       if (!trouble && (state->counting || state->skip == LOOK_ONCE))

@@ -34,7 +34,7 @@
 #define ADDRESSED(X, operation) X(operation##_OFFSET) X(operation##_INDEX) X(operation##_BEFORE) X(operation##_AFTER)
 
 #define OPERATIONS(X)                                                                                                 \
-  X(UNDECODED) X(VERIFY) X(TO_SP) X(END_OF_MEMORY) X(UNDEFINED) X(NOP)                                                \
+  X(UNDECODED) X(VERIFY) X(TO_SP) X(HOOK) X(END_OF_MEMORY) X(UNDEFINED) X(NOP)                                        \
   WITH_FLAGS_AND_WITHOUT(X, AND) WITH_FLAGS_AND_WITHOUT(X, BIC) WITH_FLAGS_AND_WITHOUT(X, ORR)                        \
   WITH_FLAGS_AND_WITHOUT(X, ORN) WITH_FLAGS_AND_WITHOUT(X, EOR) WITH_FLAGS_AND_WITHOUT(X, ADD)                        \
   WITH_FLAGS_AND_WITHOUT(X, ADC) WITH_FLAGS_AND_WITHOUT(X, SBC) WITH_FLAGS_AND_WITHOUT(X, SUB)                        \

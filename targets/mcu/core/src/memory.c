@@ -1,5 +1,5 @@
 /* Accesses of the core to memory and registers (DDI0403 sections A3.2, B2.4). */
-#include "cpu.h"
+#include "limits.h"
 
 #include <string.h>
 
@@ -18,7 +18,7 @@ static struct hil_region *memory_at(struct hil_cpu *cpu, uint32_t address, uint3
   struct hil_region *region = hil_region_at(cpu, address);
   if (!region || !region->data || region->size - (address - region->base) < size)
     return NULL;
-  if (!cpu->state.watching)
+  if (!cpu->state.looking && !region->watched)
     cpu->near[region->writable ? 0 : 1] = region;
   return region;
 }
@@ -28,30 +28,52 @@ static int unaligned(struct hil_cpu *cpu, uint32_t address) {
   return FAULT_UNALIGNED;
 }
 
-/* Read memory; ACCESS_REGISTERS if none is there. */
-int hil_load_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value) {
-  if (address & (size - 1) && cpu->state.trap_unaligned)
-    return unaligned(cpu, address);
-  const struct hil_region *region = memory_at(cpu, address, size);
-  if (!region)
-    return ACCESS_REGISTERS;
+static int load(const struct hil_region *region, uint32_t address, uint32_t size, uint32_t *value) {
   *value = 0;
   memcpy(value, region->data + (address - region->base), size);
   return ACCESS_DONE;
 }
 
-/* Write memory; ACCESS_REGISTERS if none is there that can be written. */
+static int store(struct hil_cpu *cpu, const struct hil_region *region, uint32_t address, uint32_t size,
+                 uint32_t value) {
+  uint8_t *place = region->data + (address - region->base);
+  if (cpu->state.looking)
+    hil_look_store(cpu, place, size);
+  memcpy(place, &value, size);
+  return ACCESS_DONE;
+}
+
+/* Read and write memory without anybody being told; ACCESS_REGISTERS if none is there. */
+int hil_peek_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value) {
+  const struct hil_region *region = memory_at(cpu, address, size);
+  return region ? load(region, address, size, value) : ACCESS_REGISTERS;
+}
+
+int hil_poke_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value) {
+  const struct hil_region *region = memory_at(cpu, address, size);
+  return region && region->writable ? store(cpu, region, address, size, value) : ACCESS_REGISTERS;
+}
+
+/* Whether an instruction's access to memory goes the way of those to registers, where somebody looks at it. */
+static bool is_watched(const struct hil_cpu *cpu, const struct hil_region *region) {
+  return UNLIKELY(region->watched) && cpu->state.running;
+}
+
+/* Read memory; ACCESS_REGISTERS if none is there, or it is watched. */
+int hil_load_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value) {
+  if (address & (size - 1) && cpu->state.trap_unaligned)
+    return unaligned(cpu, address);
+  const struct hil_region *region = memory_at(cpu, address, size);
+  return region && !is_watched(cpu, region) ? load(region, address, size, value) : ACCESS_REGISTERS;
+}
+
+/* Write memory; ACCESS_REGISTERS if none is there that can be written, or it is watched. */
 int hil_store_memory(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value) {
   if (address & (size - 1) && cpu->state.trap_unaligned)
     return unaligned(cpu, address);
   const struct hil_region *region = memory_at(cpu, address, size);
-  if (!region || !region->writable)
-    return ACCESS_REGISTERS;
-  uint8_t *place = region->data + (address - region->base);
-  if (cpu->state.watching)
-    hil_watch_store(cpu, place, size);
-  memcpy(place, &value, size);
-  return ACCESS_DONE;
+  bool stores = region && region->writable && !is_watched(cpu, region);
+  return stores ? store(cpu, region, address, size, value) : ACCESS_REGISTERS;
 }
 
 static int failed(struct hil_cpu *cpu, uint32_t address, int fault) {
@@ -67,7 +89,7 @@ static bool crosses(const struct hil_region *region, uint32_t address, uint32_t 
 /* Whether an access is for the system control space, and nobody else wants to see it. */
 static bool is_for_core(const struct hil_cpu *cpu, uint32_t address) {
   const struct hil_state *state = &cpu->state;
-  return address - SCS < 0x1000 && cpu->exceptions.count && !state->watching && !state->through_python &&
+  return address - SCS < 0x1000 && cpu->exceptions.count && !state->looking && !state->through_python &&
          hil_is_privileged(state);
 }
 
@@ -88,7 +110,7 @@ static struct hil_block *block_at(struct hil_cpu *cpu, uint32_t address) {
 }
 
 /* Whether somebody else wants to see the accesses of the core. */
-static bool is_watched(const struct hil_state *state) { return state->watching || state->through_python; }
+static bool goes_by_python(const struct hil_state *state) { return state->looking || state->through_python; }
 
 static uint32_t word_of(uint32_t address) { return (address & (BLOCK_SIZE - 1)) / 4; }
 
@@ -153,16 +175,39 @@ static void count_polls(struct hil_state *state, uint32_t address) {
   } else {
     state->polls = 0;
     state->polled_often = 1;
-    if (!state->watching) {
+    if (!state->looking) {
       state->look_at = 0;
       state->changed = 1;
     }
   }
 }
 
-/* Read what is not memory alone. */
+static int read_register(struct hil_cpu *cpu, const struct hil_region *region, uint32_t address, uint32_t size,
+                         uint32_t *value) {
+  if (is_for_core(cpu, address) && hil_scs_read(cpu, address - SCS, size, value))
+    return ACCESS_DONE;
+  count_polls(&cpu->state, address);
+  begin_call(cpu);
+  if (!goes_by_python(&cpu->state) && read_block(block_at(cpu, address), address, size, value))
+    return ACCESS_DONE;
+  uint32_t window = (uint32_t)(region - cpu->regions);
+  *value = cpu->read(window, address - region->base, size);
+  if (size < 4)
+    *value &= (1u << 8 * size) - 1;
+  return cpu->state.refused ? failed(cpu, address, FAULT_READ) : ACCESS_DONE;
+}
+
+/* Whether the program is told to stop before an access. */
+static bool is_hit(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t kind, const uint32_t *stored) {
+  return UNLIKELY(cpu->hooks.watchpoint_count) && cpu->state.running &&
+         hil_watch_stops(cpu, address, size, kind, stored);
+}
+
+/* Read what is not memory alone, or is watched. */
 int hil_load_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t *value) {
   const struct hil_region *region = hil_region_at(cpu, address);
+  if (is_hit(cpu, address, size, HIT_READ, NULL))
+    return ACCESS_HIT;
   if (crosses(region, address, size)) {
     *value = 0;
     for (uint32_t n = 0; n < size; n++) {
@@ -178,17 +223,12 @@ int hil_load_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint
   }
   if (!region)
     return failed(cpu, address, FAULT_READ);
-  if (is_for_core(cpu, address) && hil_scs_read(cpu, address - SCS, size, value))
-    return ACCESS_DONE;
-  count_polls(&cpu->state, address);
-  begin_call(cpu);
-  if (!is_watched(&cpu->state) && read_block(block_at(cpu, address), address, size, value))
-    return ACCESS_DONE;
-  uint32_t window = (uint32_t)(region - cpu->regions);
-  *value = cpu->read(window, address - region->base, size);
-  if (size < 4)
-    *value &= (1u << 8 * size) - 1;
-  return cpu->state.refused ? failed(cpu, address, FAULT_READ) : ACCESS_DONE;
+  if (region->data)
+    return load(region, address, size, value);
+  int how = read_register(cpu, region, address, size, value);
+  if (UNLIKELY(cpu->hooks.accesses) && cpu->state.running && how == ACCESS_DONE)
+    hil_note_access(cpu, address, size, *value, false);
+  return how;
 }
 
 /* A store into read-only memory is one at the end of its instruction, which takes `cost` cycles, and ends the run. */
@@ -205,11 +245,29 @@ static void store_read_only(struct hil_cpu *cpu, uint32_t address, uint32_t size
   state->changed = 1;
 }
 
-/* Write what is not writable memory alone. */
+static int write_register(struct hil_cpu *cpu, const struct hil_region *region, uint32_t address, uint32_t size,
+                          uint32_t value) {
+  if (is_for_core(cpu, address) && hil_scs_write(cpu, address - SCS, size, value)) {
+    cpu->state.writes++;
+    return ACCESS_DONE;
+  }
+  cpu->state.polled = UINT32_MAX;
+  begin_call(cpu);
+  if (!goes_by_python(&cpu->state) && write_block(block_at(cpu, address), address, size, value)) {
+    cpu->state.block_writes++;
+    return ACCESS_DONE;
+  }
+  cpu->write((uint32_t)(region - cpu->regions), address - region->base, size, value);
+  return cpu->state.refused ? failed(cpu, address, FAULT_WRITE) : ACCESS_DONE;
+}
+
+/* Write what is not writable memory alone, or is watched. */
 int hil_store_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uint32_t value, uint32_t cost) {
   const struct hil_region *region = hil_region_at(cpu, address);
   if (size < 4)
     value &= (1u << 8 * size) - 1;
+  if (is_hit(cpu, address, size, HIT_WRITE, &value))
+    return ACCESS_HIT;
   if (crosses(region, address, size)) {
     uint8_t *begun = region->data && region->writable ? region->data + (address - region->base) : NULL, before[4];
     uint32_t inside = region->size - (address - region->base);
@@ -229,22 +287,19 @@ int hil_store_register(struct hil_cpu *cpu, uint32_t address, uint32_t size, uin
   }
   if (!region)
     return failed(cpu, address, FAULT_WRITE);
-  cpu->watch.dirty = true;
-  if (is_for_core(cpu, address) && hil_scs_write(cpu, address - SCS, size, value)) {
-    cpu->state.writes++;
-    return ACCESS_DONE;
-  }
-  cpu->state.polled = UINT32_MAX;
-  begin_call(cpu);
-  if (!is_watched(&cpu->state) && write_block(block_at(cpu, address), address, size, value)) {
-    cpu->state.block_writes++;
-    return ACCESS_DONE;
-  }
-  if (region->data)
+  if (region->data && region->writable)
+    return store(cpu, region, address, size, value);
+  cpu->look.dirty = true;
+  if (region->data) {
+    cpu->state.polled = UINT32_MAX;
+    begin_call(cpu);
     store_read_only(cpu, address, size, value, cost);
-  else
-    cpu->write((uint32_t)(region - cpu->regions), address - region->base, size, value);
-  return cpu->state.refused ? failed(cpu, address, FAULT_WRITE) : ACCESS_DONE;
+    return cpu->state.refused ? failed(cpu, address, FAULT_WRITE) : ACCESS_DONE;
+  }
+  int how = write_register(cpu, region, address, size, value);
+  if (UNLIKELY(cpu->hooks.accesses) && cpu->state.running && how == ACCESS_DONE)
+    hil_note_access(cpu, address, size, value, true);
+  return how;
 }
 
 /* Write a word of an exception frame that is not in writable memory. */

@@ -148,6 +148,7 @@ HIL_EXPORT void hil_set_grouping(struct hil_cpu *cpu, uint32_t prigroup) {
 HIL_EXPORT void hil_reset_exceptions(struct hil_cpu *cpu) {
   static const uint32_t ALWAYS[] = {NMI, HARD_FAULT, SVCALL, PENDSV, SYSTICK};
   struct hil_exceptions *x = &cpu->exceptions;
+  hil_begin_elsewhere(&cpu->hooks);
   memset(x->pending, 0, sizeof x->pending);
   memset(x->enabled, 0, sizeof x->enabled);
   memset(x->active, 0, sizeof x->active);

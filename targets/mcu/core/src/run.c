@@ -7,6 +7,7 @@
  *
  * A run ends at an instruction boundary, never within an IT block. An instruction that fails leaves everything as it
  * was before it. */
+#include "limits.h"
 #include "operations.h"
 
 #include <stdlib.h>
@@ -14,62 +15,26 @@
 
 #define ASIDE ((int64_t)1 << 60)
 
-/* A limit further away than these is looked at anew when they are over. */
-#define MOST_AT_ONCE ((uint64_t)HIL_UNIT / 2)
-#define MOST_CYCLES ((uint64_t)1 << 52)
-
 enum { N = 1u << 31, Z = 1u << 30, C = 1u << 29, V = 1u << 28, Q = 1u << 27, T = 1u << 24, GE = 0x000F0000 };
 enum { IPSR = 0x1FF, FPCA = 4 };
 enum { EXC_RETURN = 0xF0000000 };
 
 /* --- time */
 
-/* The cycle at which the instruction after the first `retired` begins, in the timing model "flat". */
-uint64_t hil_cycle_at(const struct hil_state *state, uint64_t retired) {
-  return state->base + (retired - state->since) * state->numerator / state->denominator;
-}
-
-static uint64_t smaller(uint64_t a, uint64_t b) { return a < b ? a : b; }
-
-static uint64_t end_of(const struct hil_state *state) {
-  return smaller(state->limit_cycle, smaller(state->alarm, state->due));
-}
-
-static bool is_over(const struct hil_state *state) {
-  return end_of(state) <= state->cycle || state->limit_retired <= state->retired || state->attention;
-}
-
 /* What is left until the limits: instructions, or in the model "table" cycles, fewer than until either limit. */
 static int64_t left_until_limit(const struct hil_state *state) {
-  if (is_over(state))
+  if (hil_is_over(state))
     return 0;
-  uint64_t instructions = smaller(state->limit_retired - state->retired, MOST_AT_ONCE);
-  if (state->skip && !state->watching)
-    instructions = state->look_at <= state->retired ? 1 : smaller(instructions, state->look_at - state->retired);
-  uint64_t cycles = smaller(end_of(state) - (state->table ? state->cycle : state->base), MOST_CYCLES);
+  uint64_t instructions = hil_smaller(state->limit_retired - state->retired, MOST_AT_ONCE);
+  if (state->skip && !state->looking)
+    instructions = state->look_at <= state->retired ? 1 : hil_smaller(instructions, state->look_at - state->retired);
   if (state->table)
-    return (int64_t)smaller(cycles, instructions);
-  if (end_of(state) <= state->base)
+    return (int64_t)hil_smaller(hil_cycles_left(state), instructions);
+  if (hil_end_of(state) <= state->base)
     return 0;
-  uint64_t reached = (cycles * state->denominator + state->numerator - 1) / state->numerator;
+  uint64_t reached = hil_reached_after(state, hil_cycles_left(state));
   uint64_t done = state->retired - state->since;
-  return reached <= done ? 0 : (int64_t)smaller(reached - done, instructions);
-}
-
-/* Account for a loop that changes nothing, as many whole turns of it as end before the limits. */
-static void pass_over(struct hil_state *state, uint64_t instructions, uint64_t cycles) {
-  uint64_t turns = (state->limit_retired - state->retired - 1) / instructions;
-  uint64_t until = smaller(end_of(state) - (state->table ? state->cycle : state->base), MOST_CYCLES);
-  if (state->table) {
-    turns = smaller(turns, (until - 1) / cycles);
-    state->cycle += turns * cycles;
-  } else {
-    uint64_t reached = (until * state->denominator + state->numerator - 1) / state->numerator;
-    turns = smaller(turns, (reached - (state->retired - state->since) - 1) / instructions);
-  }
-  state->retired += turns * instructions;
-  if (!state->table)
-    state->cycle = hil_cycle_at(state, state->retired);
+  return reached <= done ? 0 : (int64_t)hil_smaller(reached - done, instructions);
 }
 
 /* --- conditions */
@@ -166,13 +131,20 @@ static bool is_known(const struct hil_region *code, const struct hil_op *op) { r
 /* BKPT is executed whatever the condition (section A7.7.17). */
 static bool begins_breakpoint(struct hil_cpu *cpu, const struct hil_region *code, const struct hil_op *op,
                               uint32_t pc) {
-  return is_known(code, op) ? op->code == OP_BKPT : first_half(cpu, code, pc) >> 8 == 0xBE;
+  return is_known(code, op) ? op->real == OP_BKPT : first_half(cpu, code, pc) >> 8 == 0xBE;
 }
 
 static uint32_t length_of(struct hil_cpu *cpu, const struct hil_region *code, const struct hil_op *op, uint32_t pc) {
   if (is_known(code, op))
     return op->halves;
   return hil_is_wide(first_half(cpu, code, pc)) ? 2 : 1;
+}
+
+/* Whether an instruction is another than was decoded there. */
+static bool is_stale(struct hil_cpu *cpu, const struct hil_region *code, const struct hil_op *op, uint32_t pc) {
+  bool complete;
+  uint32_t raw = hil_fetch(cpu, code, pc, &complete);
+  return (op->halves == 1 ? raw & 0xFFFF : raw) != op->raw || !complete;
 }
 
 /* Words that go to or come from memory in one instruction, most of them. */
@@ -197,7 +169,7 @@ HIL_EXPORT uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t 
   uint32_t refill, literal_wait, passed_over;
   int64_t left, start, aside = 0;
   int fault = NO_FAULT;
-  bool watching = false, in_it = false;
+  bool looking = false, in_it = false;
   uint32_t why = STOP_LIMIT;
 
 #define UNPACK_FLAGS()                                                                                                \
@@ -229,7 +201,7 @@ HIL_EXPORT uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t 
   do {                                                                                                                \
     if (state->changed) {                                                                                             \
       state->changed = 0;                                                                                             \
-      cpu->watch.dirty = true;                                                                                        \
+      cpu->look.dirty = true;                                                                                         \
       start = left_until_limit(state);                                                                                \
       left = start * HIL_UNIT - aside;                                                                                \
       TAKE_TIMING();                                                                                                  \
@@ -356,6 +328,15 @@ HIL_EXPORT uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t 
       FAIL(FAULT_UNALIGNED);                                                                                          \
     }                                                                                                                 \
   } while (0)
+  /* Before the first of several words is accessed: a register must not be read twice. */
+#define STOP_IF_WATCHED(count, kind, stored)                                                                          \
+  do {                                                                                                                \
+    if (UNLIKELY(cpu->hooks.watchpoint_count)) {                                                                      \
+      LEAVE();                                                                                                        \
+      if (hil_watch_stops(cpu, address, 4u * (count), kind, stored))                                                  \
+        FAIL(ACCESS_HIT);                                                                                             \
+    }                                                                                                                 \
+  } while (0)
 #define ALL_NEAR(count)                                                                                               \
   (address - cpu->near[0]->base < cpu->near[0]->size &&                                                               \
    cpu->near[0]->size - (address - cpu->near[0]->base) >= 4u * (count))
@@ -367,6 +348,7 @@ HIL_EXPORT uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t 
       memcpy(words, NEAR_BYTES(), 4u * (count));                                                                      \
       break;                                                                                                          \
     }                                                                                                                 \
+    STOP_IF_WATCHED(count, HIT_READ, NULL);                                                                           \
     for (uint32_t at_ = 0; at_ < (count); at_++, address += 4)                                                        \
       NEAR_LOAD(uint32_t, (words)[at_]);                                                                              \
   } while (0)
@@ -378,9 +360,10 @@ HIL_EXPORT uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t 
       memcpy(NEAR_BYTES(), words, 4u * (count));                                                                      \
       break;                                                                                                          \
     }                                                                                                                 \
+    STOP_IF_WATCHED(count, HIT_WRITE, words);                                                                         \
     for (uint32_t at_ = 0; at_ < (count); at_++, address += 4) {                                                      \
       undo_address[undo_count] = address;                                                                             \
-      undo_count += hil_load_memory(cpu, address, 4, &undo_word[undo_count]) == ACCESS_DONE;                          \
+      undo_count += hil_peek_memory(cpu, address, 4, &undo_word[undo_count]) == ACCESS_DONE;                          \
       NEAR_STORE(uint32_t, (words)[at_]);                                                                             \
     }                                                                                                                 \
     undo_count = 0;                                                                                                   \
@@ -397,12 +380,10 @@ HIL_EXPORT uint32_t hil_run(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t 
   state->fault = NO_FAULT;
   state->fault_address = 0;
   state->stop_value = 0;
+  cpu->hooks.hit.kind = cpu->hooks.hit.in_block = 0;
   r[R_SP] = r[hil_uses_psp(state) ? R_PSP : R_MSP];
   state->counting = 0;
-  if (state->skip == LOOK_ONCE)
-    state->look_at = state->retired;
-  else if (state->look_at > state->retired + state->look_wait)
-    state->look_at = state->retired + state->look_wait;
+  hil_look_from(state);
   start = left_until_limit(state);
   if (start < 1)
     start = 1;
@@ -435,43 +416,34 @@ pause:
       goto dispatch_in_block;
     END_BLOCK();
   }
-  if (watching) {
+  if (looking) {
     left += ASIDE;
     aside -= ASIDE;
-    goto watch;
+    goto look;
   }
   if (left < HIL_UNIT) {
     LEAVE();
-    if (state->skip && state->look_at <= state->retired && !is_over(state)) {
-      hil_watch_begin(cpu);
-      watching = true;
-    }
+    looking = hil_look_begins(cpu);
     start = left_until_limit(state);
     left = start * HIL_UNIT;
     if (start <= 0)
       goto end;
-    if (watching)
-      goto next_in_watch;
+    if (looking)
+      goto next_in_look;
   }
   DISPATCH();
 
   /* During a look, after each instruction that is not in an IT block. */
-watch: {
-  bool at_start = PC_OF(op) == cpu->watch.before.reg[R_PC];
+look: {
+  bool at_start = PC_OF(op) == cpu->look.before.reg[R_PC];
   if (at_start)
     LEAVE();
-  enum hil_lap lap = hil_watch_step(cpu, at_start);
+  enum hil_lap lap = hil_look_step(cpu, at_start);
   if (lap != LAP_GOES_ON) {
     LEAVE();
-    hil_watch_end(cpu, lap);
-    watching = false;
-    state->counting = lap == LAP_COUNTS;
-    if (state->counting || state->skip == LOOK_ONCE)
+    looking = false;
+    if (!hil_look_goes_on(cpu, lap))
       goto end;
-    if (lap == LAP_SAME && !is_over(state)) {
-      pass_over(state, state->loop_instructions, state->cycle - cpu->watch.before.cycle);
-      state->look_at = state->retired + state->look_wait; /* none at once, that the limit would cut off */
-    }
     start = left_until_limit(state);
     left = start * HIL_UNIT;
     if (start <= 0)
@@ -480,15 +452,15 @@ watch: {
   }
   if (left < HIL_UNIT) {
     LEAVE();
-    if (is_over(state)) {
-      hil_watch_end(cpu, LAP_GOES_ON);
+    if (hil_is_over(state)) {
+      hil_look_end(cpu, LAP_GOES_ON);
       goto end;
     }
     start = left_until_limit(state);
     left = start * HIL_UNIT;
   }
 }
-next_in_watch:
+next_in_look:
   left -= ASIDE;
   aside += ASIDE;
   DISPATCH();
@@ -526,11 +498,11 @@ enter:
     goto in_block;
   }
   END_BLOCK();
-  if (state->skip == LOOK_ONCE && !watching && !it) {
+  if (state->skip == LOOK_ONCE && !looking && !it) {
     LEAVE();
-    hil_watch_begin(cpu);
-    watching = true;
-    goto next_in_watch;
+    hil_look_begin(cpu);
+    looking = true;
+    goto next_in_look;
   }
   if (left < HIL_UNIT)
     goto pause;
@@ -548,6 +520,7 @@ L_UNDECODED: {
     FAIL(FAULT_FETCH);
   }
   hil_decode(cpu, PC_OF(op), raw, code->writable, op);
+  hil_hook(cpu, PC_OF(op), op);
   op->jump = JUMP_TO(op->code);
   if (it)
     goto dispatch_in_block;
@@ -555,16 +528,28 @@ L_UNDECODED: {
 }
 
   /* Code in writable memory may have changed, whoever did that. */
-L_VERIFY: {
-  bool complete;
-  uint32_t raw = hil_fetch(cpu, code, PC_OF(op), &complete);
-  if (UNLIKELY((op->halves == 1 ? raw & 0xFFFF : raw) != op->raw || !complete)) {
+L_VERIFY:
+  if (UNLIKELY(is_stale(cpu, code, op, PC_OF(op))))
     goto L_UNDECODED;
-  }
   if (op->flags & OP_ALIGNS_SP)
     goto L_TO_SP;
   goto *LABELS[op->real + (it && op->flags & OP_NARROW)];
-}
+
+  /* One that is stopped at, or whose edges are counted. */
+L_HOOK:
+  if (code->writable && is_stale(cpu, code, op, PC_OF(op)))
+    goto L_UNDECODED;
+  if (op->flags & OP_BREAKS) {
+    LEAVE();
+    if (hil_breaks(cpu)) {
+      why = STOP_HIT;
+      goto end;
+    }
+  }
+  hil_count_edge(cpu, op, PC_OF(op));
+  if (op->flags & OP_ALIGNS_SP)
+    goto L_TO_SP;
+  goto *LABELS[op->real + (it && op->flags & OP_NARROW)];
 
 L_TO_SP:
   aligns_sp = 1;
@@ -584,15 +569,19 @@ retire_and_stop:
 
 failed:
   for (; undo_count > 0; undo_count--)
-    hil_store_memory(cpu, undo_address[undo_count - 1], 4, undo_word[undo_count - 1]);
+    hil_poke_memory(cpu, undo_address[undo_count - 1], 4, undo_word[undo_count - 1]);
   LEAVE();
+  if (fault == ACCESS_HIT) {
+    why = STOP_HIT;
+    goto end;
+  }
   state->fault = fault;
   why = STOP_FAULT;
   goto end;
 
 end:
-  if (watching && state->watching)
-    hil_watch_end(cpu, LAP_GOES_ON);
+  if (looking && state->looking)
+    hil_look_end(cpu, LAP_GOES_ON);
   state->running = 0;
   cpu->executing = false;
   hil_tell_time(cpu);

@@ -6,7 +6,8 @@
  * wild: what is not memory refuses, moves the limits, changes the timing, the traps, the code, and has code forgotten,
  *   all at random.
  * cut: what is not memory does what its address says; one core runs whole and passes loops over, another one executes
- *   the same code in random pieces, and both must end alike.
+ *   the same code in random pieces, stops at breakpoints and watchpoints, counts edges and writes accesses down, and both
+ *   must end alike.
  *
  * Half of the runs take exceptions, of which any may be enabled, pending and active; a trouble is put right by nobody.
  *
@@ -35,6 +36,11 @@ void hil_set_priority(struct hil_cpu *cpu, uint32_t number, uint32_t priority);
 bool hil_can_take(const struct hil_cpu *cpu);
 uint32_t hil_go(struct hil_cpu *cpu, uint64_t limit_cycle, uint64_t instructions);
 
+bool hil_set_breakpoints(struct hil_cpu *cpu, const uint32_t *addresses, uint32_t count);
+bool hil_set_watchpoints(struct hil_cpu *cpu, const uint32_t *numbers, uint32_t count);
+void hil_map_edges(struct hil_cpu *cpu, uint8_t *map, uint32_t size);
+void hil_log_accesses(struct hil_cpu *cpu, struct hil_access *room, uint32_t most);
+
 #define ROW(pattern, form, operation, where, m3, m7) pattern,
 #define FLOAT_ROW(pattern, kind, single, twice) pattern,
 static const char *const PATTERNS[] = {ENCODINGS};
@@ -44,7 +50,7 @@ enum {
   FLASH = 0x08000000, ALIAS = 0, RAM = 0x20000000, NEXT_RAM = 0x20000400, REGISTERS_AT = 0x40000000,
   SCS_AT = (int32_t)0xE000E000, IRQS = 43, SCS_WINDOW = 4, MEMORY = 0x400, WINDOW = 0x400, AT_ONCE = 400,
 };
-enum { MEMORIES = 3 };
+enum { MEMORIES = 3, MAP = 256, LOGGED = 16, STOPS = 8 };
 static const uint32_t BASES[MEMORIES] = {FLASH, RAM, NEXT_RAM};
 
 static uint64_t seed;
@@ -64,6 +70,8 @@ static bool one_in(uint32_t count) { return below(count) == 0; }
 struct chip {
   struct hil_cpu *cpu;
   uint8_t *memory[MEMORIES];
+  uint8_t *edges;
+  struct hil_access *accesses;
 };
 
 static struct chip chips[2], *current;
@@ -141,6 +149,20 @@ static void change_timing(struct hil_state *state) {
   state->changed = 1;
 }
 
+static void draw_hooks(struct chip *chip) {
+  uint32_t numbers[3 * STOPS];
+  for (uint32_t n = 0; n < 3 * STOPS; n++)
+    numbers[n] = somewhere() & ~1u;
+  hil_set_breakpoints(chip->cpu, numbers, below(STOPS));
+  for (uint32_t n = 0; n < STOPS; n++) {
+    numbers[3 * n + 1] = 1 + below(8);
+    numbers[3 * n + 2] = 1 + below(3);
+  }
+  hil_set_watchpoints(chip->cpu, numbers, one_in(2) ? below(STOPS) : 0);
+  hil_map_edges(chip->cpu, one_in(2) ? chip->edges : NULL, MAP);
+  hil_log_accesses(chip->cpu, one_in(2) ? chip->accesses : NULL, LOGGED);
+}
+
 static void do_something(void) {
   struct hil_state *state = hil_state_of(current->cpu);
   switch (below(16)) {
@@ -154,6 +176,7 @@ static void do_something(void) {
   case 7: state->float_access = (uint32_t[]){0, 1, 3}[below(3)]; return;
   case 8: state->exclusive = 0; return;
   case 9: state->live = 1; return;
+  case 10: draw_hooks(current); return;
   default: return;
   }
 }
@@ -193,7 +216,9 @@ static bool make(struct chip *chip, uint32_t is_m7, uint32_t by_table) {
       return false;
   }
   hil_set_up_exceptions(chip->cpu, IRQS, 4);
-  return hil_map_memory(chip->cpu, ALIAS, chip->memory[0], MEMORY, 0) >= 0 &&
+  chip->edges = calloc(MAP, 1);
+  chip->accesses = calloc(LOGGED, sizeof *chip->accesses);
+  return chip->edges && chip->accesses && hil_map_memory(chip->cpu, ALIAS, chip->memory[0], MEMORY, 0) >= 0 &&
          hil_map_registers(chip->cpu, (uint32_t)SCS_AT, 0x1000) >= 0 &&
          hil_map_registers(chip->cpu, REGISTERS_AT, WINDOW) >= 0;
 }
@@ -202,6 +227,8 @@ static void unmake(struct chip *chip) {
   hil_free(chip->cpu);
   for (uint32_t n = 0; n < MEMORIES; n++)
     free(chip->memory[n]);
+  free(chip->edges);
+  free(chip->accesses);
 }
 
 /* As a program and its chip may leave them. */
@@ -282,7 +309,7 @@ static int check_time(const struct hil_state *state, uint32_t why, uint64_t reti
 
 /* What holds after one that has taken no exceptions. */
 static int check(const struct hil_state *state, uint32_t why, uint64_t retired, uint64_t cycle, uint64_t limit) {
-  if (why != STOP_FAULT && why != STOP_BREAKPOINT && state->retired == retired && state->cycle == cycle)
+  if (why != STOP_FAULT && why != STOP_BREAKPOINT && why != STOP_HIT && state->retired == retired && state->cycle == cycle)
     return wrong("no time passes", state);
   if ((why == STOP_LIMIT || why == STOP_PAUSE) && state->reg[R_XPSR] & 0x0600FC00)
     return wrong("ended within an IT block", state);
@@ -353,7 +380,7 @@ static uint32_t run_to(struct chip *chip, uint64_t end, uint64_t end_cycle, uint
       limit_cycle = end_cycle;
     why = (takes ? hil_go : hil_run)(chip->cpu, limit_cycle, limit - state->retired);
     asleep = why == STOP_WFI && takes && state->alarm < end_cycle && !(chip->cpu->exceptions.scr & 4) && !asleep;
-  } while (asleep || ((why == STOP_LIMIT || why == STOP_PAUSE) && state->cycle < end_cycle &&
+  } while (asleep || why == STOP_HIT || ((why == STOP_LIMIT || why == STOP_PAUSE) && state->cycle < end_cycle &&
                       (state->retired < end || (takes && (hil_can_take(chip->cpu) || chip->cpu->exceptions.sleeping)))));
   return why == STOP_PAUSE ? STOP_LIMIT : why;
 }
@@ -384,6 +411,7 @@ static int run_cut(uint64_t instructions) {
       hil_reset_systick(chips[0].cpu);
     whole->until_unmasked = 0;
     whole->skip = SKIP_NOTHING;
+    draw_hooks(&chips[1]);
     chips[1].cpu->state = *whole;
     chips[1].cpu->exceptions = chips[0].cpu->exceptions;
     chips[1].cpu->systick = chips[0].cpu->systick;

@@ -14,6 +14,7 @@ from protocols.autoware import AckermannControlCommand, AgentOnline, Message, en
 from protocols.carla import StatusFrame, encode_status
 from targets.boards import Board, built_in_board
 from targets.firmware import image_names, image_path
+from targets.mcu.engine.hooks import MOST_BREAKPOINTS, Watchpoint
 from targets.mcu.image import Image, limits_of, load_image
 from targets.mcu.machine import Machine
 from targets.mcu.serial_line import SerialFormat
@@ -34,6 +35,7 @@ BOARDS = {
     **HIGH_DENSITY_IMAGES,
 }
 _MOST_STEPS, _PLACES = 4000, 8
+_MOST_HITS = 2000
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +74,7 @@ class Run:
         seed: the calls of `run_to` end at times by chance, more of them in the beginning; None for not so.
         watched: somebody listens to each pin, so that every edge is told at its cycle.
         late: inputs are entered when the machine has come to them, not beforehand.
+        hooked: it stops at many places, counts edges, and writes accesses to registers down.
     """
 
     skip_idle: bool = True
@@ -79,6 +82,7 @@ class Run:
     seed: int | None = None
     watched: bool = False
     late: bool = False
+    hooked: bool = False
 
 
 PLAIN = Run()
@@ -94,6 +98,8 @@ RUNS: dict[str, Run] = {
     "executing-all-in-irregular-steps": Run(skip_idle=False, seed=2),
     "watched": Run(watched=True),
     "inputs-entered-late": Run(late=True),
+    "hooked": Run(hooked=True),
+    "hooked-in-irregular-steps": Run(hooked=True, seed=3),
 }
 
 
@@ -113,13 +119,40 @@ def trace(scenario: Scenario, run: Run = PLAIN, *, image: str | None = None) -> 
     if not run.late:
         for one in scenario.inputs:
             machine.at_ns(one.ns, partial(one.act, machine))
+    if run.hooked:
+        _hook(machine)
     lines: list[str] = []
+    hits = 0
     for stop_ns, due in _stops(scenario, run):
         machine.run_to(stop_ns)
+        while machine.hit is not None:
+            hits += 1
+            if hits == _MOST_HITS:
+                _unhook(machine)
+            machine.run_to(stop_ns)
         lines += recorder.take()
         for one in due:
             one.act(machine)
     return [*recorder.header(), f"# span {scenario.span_ns} ns"], lines + recorder.close()
+
+
+def _hook(machine: Machine) -> None:
+    """Have it stop at functions, at places of flash by chance, within the stack, and at registers."""
+    hooks, chance, code = machine.engine.hooks, Random(1), machine.image.segments[0]
+    functions = sorted({symbol.address & ~1 for symbol in machine.image.symbols.functions})[: MOST_BREAKPOINTS // 2]
+    places = (code.address + 2 * chance.randrange(len(code.data) // 2) for _ in range(MOST_BREAKPOINTS // 2))
+    hooks.breakpoints = [*functions, *places]
+    stack = int.from_bytes(code.data[:4], "little") - 256
+    hooks.watchpoints = [Watchpoint(stack, 240, reads=True), Watchpoint(0x4001_0000, 0x1000, reads=True)]
+    hooks.map_edges(1 << 16)
+    hooks.log_accesses(1000)
+
+
+def _unhook(machine: Machine) -> None:
+    """Have it stop no more, but watch all the same."""
+    hooks = machine.engine.hooks
+    hooks.breakpoints = ()
+    hooks.watchpoints = [Watchpoint(memory.base + len(memory.data) - 1, 1) for memory in machine.chip.memories]
 
 
 def _stops(scenario: Scenario, run: Run) -> list[tuple[int, list[Input]]]:
