@@ -183,9 +183,42 @@ def test_without_topics_there_is_no_file(tmp_path, capfd):
 
 def test_an_unreadable_definition_is_named(journal, tmp_path, capfd):
     folder = tmp_path / "share" / "mine" / "msg"
+    export = ["export", str(journal), "--ros2", str(tmp_path / "it.mcap"), "--types", str(tmp_path / "share")]
     (folder / "Own.msg").mkdir(parents=True)
-    assert main(["export", str(journal), "--ros2", str(tmp_path / "it.mcap"), "--types", str(tmp_path / "share")]) == 2
+    assert main(export) == 2
     assert "Own.msg: cannot be read" in capfd.readouterr().err
+    (folder / "Own.msg").rmdir()
+    (folder / "Own.msg").write_text("uint8 a\nwhat?!\n")
+    assert main(export) == 2
+    said = capfd.readouterr().err
+    assert "Own.msg: cannot be read: mine/msg/Own, line 2: 'what?!' is no field and no constant" in said
+    (folder / "Own.msg").write_text("Inner a\nwstring b")
+    assert main(export) == 0
+    assert "1 events (samples of topics; neither known nor in --types: mine/msg/Inner)" in capfd.readouterr().out
+    (folder / "Inner.msg").write_text("float32 speed\nint32[<=3] count", encoding="utf-8-sig")
+    assert main(export) == 0
+    assert "1 events (samples of topics)" in capfd.readouterr().out
+
+
+@each(
+    ("topic", "kind"),
+    [
+        ("rt/own", "../secret::msg::dds_::Own_"),
+        ("rt/own", "a\0b::msg::dds_::Own_"),
+        ("rt/own", "\udcff::msg::dds_::Own_"),
+        ("rt/own", "mine::msg::dds_::_"),
+        ("rt/own", f"mine::msg::dds_::{'O' * 300}_"),
+        ("rt/\udcff", VECTOR),
+        ("rt/a\0b", VECTOR),
+        ("rt/", VECTOR),
+    ],
+)
+def test_what_has_no_name_of_ros_is_left_out(tmp_path, topic, kind):
+    star = Recorded("a")
+    star.create_all("a", topic=topic, type_name=kind)
+    star.write("a", bytes(4))
+    star.run(SECOND)
+    assert topics_in(star.recording, [tmp_path]) == ({}, [])
 
 
 # --- a second opinion
@@ -202,6 +235,21 @@ def test_rosbags_knows_the_same_messages():
     for name in compared - {"std_msgs/msg/Empty"}:  # which has a member there that no file names
         found = typesys.get_types_from_msg(full_text(name, INTERFACES.get), name)
         assert {one: found[one][1] for one in found} == {one: known.fielddefs[one][1] for one in found}, name
+
+
+def test_rosbags_reads_a_message_without_fields(tmp_path):
+    highlevel = pytest.importorskip("rosbags.highlevel")
+    star = Recorded("a")
+    star.create_all("a", type_name="std_msgs::msg::dds_::Empty_")
+    star.write("a", b"\0")
+    star.run(SECOND)
+    path = tmp_path / "it.mcap"
+    with path.open("wb") as file:
+        write_ros2(star.recording, file, XRCE.samples(_frames(star.recording), ())[0])
+    ((schema, _, _),) = messages_in(io.BytesIO(path.read_bytes()))
+    assert (schema.encoding, schema.data) == ("ros2msg", b"")
+    with highlevel.AnyReader([path]) as reader:
+        assert [one.msgtype for one, _, _ in reader.messages()] == ["std_msgs/msg/Empty"]
 
 
 def test_rosbags_reads_the_file(tmp_path):

@@ -9,7 +9,7 @@ import sys
 import threading
 from dataclasses import dataclass
 
-from cyclonedds.core import Listener, Policy, Qos
+from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.types import float32, int64, uint64
@@ -43,14 +43,10 @@ class Response(IdlStruct, typename="example_interfaces.srv.dds_.AddTwoInts_Respo
     sum: int64
 
 
-class OnData(Listener):
-    def __init__(self, heard):
-        super().__init__()
-        self._heard = heard
-
-    def on_data_available(self, reader):
-        for sample in reader.take(64):
-            self._heard(sample)
+def hear(reader, heard):
+    """Calls `heard` with each sample, in a thread of Python's: a listener waits for the interpreter while it holds up
+    Cyclone DDS, which a writer of this binding waits for while it holds up the interpreter."""
+    threading.Thread(target=lambda: [heard(sample) for sample in reader.take_iter()], daemon=True).start()
 
 
 def said(*words):
@@ -61,11 +57,10 @@ def said(*words):
 def node(participant, topic):
     """Prints what it hears, and writes each line that it reads."""
     where = Topic(participant, topic, Float32)
-    reader = DataReader(participant, where, KEPT, OnData(lambda sample: said("heard", sample.data)))
+    hear(DataReader(participant, where, KEPT), lambda sample: said("heard", sample.data))
     writer = DataWriter(participant, where, KEPT)
     for line in sys.stdin:
         writer.write(Float32(float(line)))
-    del reader
 
 
 def misfit(participant, topic, kind):
@@ -87,9 +82,8 @@ def server(participant, name):
         said("asked", asked.a, asked.b)
         writer.write(Response(asked.guid, asked.seq, asked.a + asked.b))
 
-    reader = DataReader(participant, Topic(participant, f"rq/{name}Request", Request), PLAIN, OnData(add))
+    hear(DataReader(participant, Topic(participant, f"rq/{name}Request", Request), PLAIN), add)
     sys.stdin.read()
-    del reader
 
 
 def caller(participant, name):
@@ -101,13 +95,12 @@ def caller(participant, name):
             said("answered", sample.seq, sample.sum)
             answered.set()
 
-    reader = DataReader(participant, Topic(participant, f"rr/{name}Reply", Response), PLAIN, OnData(heard))
+    hear(DataReader(participant, Topic(participant, f"rr/{name}Reply", Response), PLAIN), heard)
     writer = DataWriter(participant, Topic(participant, f"rq/{name}Request", Request), PLAIN)
     for number, line in enumerate(sys.stdin):
         answered.clear()
         while not answered.wait(1):
             writer.write(Request(42, number, *map(int, line.split())))
-    del reader
 
 
 if __name__ == "__main__":

@@ -11,7 +11,6 @@ import signal
 import struct
 import subprocess
 import sys
-import uuid
 from pathlib import Path
 
 import pytest
@@ -48,8 +47,13 @@ class Board(Client):
         self.put(xrce.Create(request_id=self._request, object_id=object_id, object=made))
         assert self.hear(5)[4] == 0
 
-    def speed(self, flags=KEEPS):
-        topic = xrce.TopicBinary(topic_name=TOPIC, type_name=TYPE)
+    def drop(self, object_id):
+        self._request += 1
+        self.put(xrce.Delete(request_id=self._request, object_id=object_id))
+        assert self.hear(5)[4] == 0
+
+    def speed(self, flags=KEEPS, kind=TYPE):
+        topic = xrce.TopicBinary(topic_name=TOPIC, type_name=kind)
         writes = xrce.DataWriterBinary(topic_id=DDS_TOPIC, qos=xrce.DataWriterQos(flags=flags))
         reads = xrce.DataReaderBinary(topic_id=DDS_TOPIC, qos=xrce.DataReaderQos(flags=flags))
         there = {"participant_id": PARTICIPANT}
@@ -66,8 +70,9 @@ class Board(Client):
         )
         self.put(xrce.ReadData(request_id=0x20, object_id=object_id, specification=wanted))
 
-    def write(self, object_id, data, request_id=0x30):
-        self.put(xrce.WriteData(request_id=request_id, object_id=object_id, data=data))
+    def write(self, object_id, data, request_id=0x30, little_endian=True):
+        said = xrce.WriteData(request_id=request_id, object_id=object_id, data=data, little_endian=little_endian)
+        self.put(said)
 
     def says(self, speed):
         self.write(WRITER, struct.pack("<f", speed))
@@ -105,17 +110,6 @@ class Peer:
         self._process.stdin.close()
         self._process.stdout.close()
         assert self._process.wait(PATIENCE_S) == 0
-
-
-@pytest.fixture
-def domain():
-    """A domain of its own at the loopback interface, for all processes that are begun with this environment."""
-    uri = (
-        "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces>"
-        "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
-        f"<Peers><Peer address='127.0.0.1'/></Peers><Tag>{uuid.uuid4()}</Tag></Discovery></Domain></CycloneDDS>"
-    )
-    return {"CYCLONEDDS_URI": uri}
 
 
 class Bed:
@@ -165,6 +159,22 @@ def test_a_board_and_a_program_of_dds_hear_each_other_each_sample_once(bed):
 
 @NEEDS_CYCLONE
 @SERVED
+def test_what_a_board_writes_big_endian_is_turned_where_its_type_is_known(bed):
+    process, port = bed.agent("--dds")
+    board, node = bed.board(port), bed.peer("node", TOPIC)
+    board.speed()
+    board.write(WRITER, struct.pack(">f", 1.5), little_endian=False)
+    assert node.hears() == ["heard", "1.5"]
+    assert struct.unpack(">f", board.hear(9)[4:]) == (1.5,)
+    for object_id in (PUBLISHER, SUBSCRIBER, DDS_TOPIC):
+        board.drop(object_id)
+    board.speed(kind="own::msg::dds_::Speed_")
+    board.write(WRITER, struct.pack(">f", 1.5), little_endian=False)
+    process.hear("a sample was not handed on to DDS: it is big-endian, and own::msg::dds_::Speed_ is not known here")
+
+
+@NEEDS_CYCLONE
+@SERVED
 def test_two_agents_hand_on_nothing_from_each_other(bed):
     boards = [bed.board(bed.agent("--dds", "0")[1], bytes((1, 2, 3, number))) for number in (4, 5)]
     for board in boards:
@@ -173,6 +183,41 @@ def test_two_agents_hand_on_nothing_from_each_other(bed):
         for board in boards:
             board.says(number)
             assert [one.hears() for one in boards] == [number, number]
+    for length in (1, 2, 3):  # which are padded on their way
+        boards[0].write(WRITER, b"\xff" * length)
+        assert [one.hear(9)[4:] for one in boards] == [b"\xff" * length] * 2
+
+
+@NEEDS_CYCLONE
+@SERVED
+def test_a_name_that_dds_does_not_have_is_said_and_ends_nothing(bed):
+    process, port = bed.agent("--dds")
+    board, node = bed.board(port), bed.peer("node", TOPIC)
+    for number, (name, kind) in enumerate((("rt/\udcff\x1b[1m\n", TYPE), (TOPIC, "\udcff"), ("a" * 257, TYPE)), 1):
+        topic = xrce.TopicBinary(topic_name=name, type_name=kind)
+        board.make(DDS_TOPIC, xrce.Topic(representation=topic, participant_id=PARTICIPANT))
+        board.make(PUBLISHER, xrce.Publisher(representation=xrce.PublisherBinary(), participant_id=PARTICIPANT))
+        writes = xrce.DataWriterBinary(topic_id=DDS_TOPIC)
+        board.make(WRITER, xrce.DataWriter(representation=writes, publisher_id=PUBLISHER))
+        board.says(1)
+        said = process.hear("is no name in DDS", times=number)
+        assert said.count("it cannot be joined to DDS domain 0") == number
+        assert all(line.isprintable() for line in said.splitlines())
+        for object_id in (PUBLISHER, DDS_TOPIC):
+            board.drop(object_id)
+    board.speed()
+    board.says(2)
+    assert node.hears() == ["heard", "2.0"]
+
+
+@NEEDS_CYCLONE
+def test_a_domain_that_cannot_be_joined_is_said_before_anybody_comes(forkable):
+    process = forkable.run("serve", "xrce-agent", "--tcp", "0", "--dds", env={"CYCLONEDDS_URI": "<CycloneDDS><Odd/>"})
+    assert process.returncode == 3
+    assert process.error.splitlines()[-1] == (
+        "hilbench: DDS domain 0 cannot be joined: Error; the line before says why; interfaces are those that "
+        "CYCLONEDDS_URI names"
+    )
 
 
 @NEEDS_CYCLONE
