@@ -6,14 +6,14 @@ repeated or comes in pieces. It is not known where a client refers to a profile 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from hilbench.errors import UsageError
 from hilbench.plugins.protocol import Heard, TopicSample
+from hilbench.systems.xrce_agent.definitions import library_of
 from protocols import xrce
 from protocols.common.items import Kind
-from protocols.xrce.cdr import INTERFACES, encapsulate, full_text
+from protocols.xrce.cdr import encapsulate
 from protocols.xrce.decoding import Message
 
 __all__ = ["samples_in"]
@@ -32,7 +32,7 @@ def samples_in(frames: Sequence[Heard], folders: Sequence[Path]) -> tuple[list[T
 
     Args:
         frames: of the recording.
-        folders: with definitions of types, as ``share`` of an installed ROS 2: ``PACKAGE/msg/NAME.msg`` in them.
+        folders: with definitions of types, see `library_of`.
 
     Raises:
         UsageError: a definition there cannot be read.
@@ -40,15 +40,15 @@ def samples_in(frames: Sequence[Heard], folders: Sequence[Path]) -> tuple[list[T
     listener = _Listener(frames)
     texts: dict[str, str] = {}
     unknown: dict[str, None] = {}
-    text_of = _texts(folders)
+    library = library_of(folders)
     found = []
     for ns, topic, data, little_endian in listener.samples():
-        name = _name_of(topic.type_name)
+        name = xrce.ros_type(topic.type_name)
         if not topic.name.startswith(_TOPIC) or name is None:
             continue
         if name not in texts:
             try:
-                texts[name] = full_text(name, text_of)
+                texts[name] = library.full_text(name)
             except xrce.LocalProtocolError:
                 texts[name] = ""
                 unknown[name] = None
@@ -62,28 +62,6 @@ def samples_in(frames: Sequence[Heard], folders: Sequence[Path]) -> tuple[list[T
             )
         )
     return found, list(unknown)
-
-
-def _name_of(type_name: str) -> str | None:
-    """``std_msgs/msg/Float32`` of ``std_msgs::msg::dds_::Float32_``; None of what ROS 2 names otherwise."""
-    package, *middle, last = type_name.split("::")
-    named = middle == ["msg", "dds_"] and last.endswith("_")
-    return f"{package}/msg/{last[:-1]}" if named else None
-
-
-def _texts(folders: Sequence[Path]) -> Callable[[str], str | None]:
-    def text_of(name: str) -> str | None:
-        for folder in folders:
-            path = folder / f"{name}.msg"
-            try:
-                return path.read_text(encoding="utf-8")
-            except FileNotFoundError:
-                continue
-            except (OSError, UnicodeDecodeError) as error:
-                raise UsageError(f"cannot be read: {error}", where=str(path)) from None
-        return INTERFACES.get(name)
-
-    return text_of
 
 
 class _Listener:
