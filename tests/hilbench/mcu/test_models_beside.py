@@ -33,6 +33,12 @@ def test_an_agent_answers_the_board_at_each_of_its_lines(emulate):
     assert other.hex() == OPEN.answer
 
 
+def test_the_agent_has_tables_of_who_is_there(emulate):
+    emulated = emulate(client(bytearray(), PING.said, OPEN.said), more=AGENT + LINK.format("line3", "brain"))
+    emulated.bench.run_for(0.1)
+    assert [*emulated.bench.tables["agent"]()["clients"].rows] == ["line3"]
+
+
 def test_what_the_agent_reports_is_in_the_journal(emulate, tmp_path):
     more = AGENT + LINK.format("line1", "brain")
     file = tmp_path / "run.jsonl"
