@@ -37,19 +37,20 @@ class RowModel:
     fields: Sequence[Field] = ()
     words: str = ""
     ns: int | None = None
+    _came: Sequence[Any] = ()
     _points: deque[tuple[int, tuple[Field, ...]]] = field(default_factory=lambda: deque(maxlen=_KEPT))
 
     def take(self, ns: int, reported: Sequence[Any]) -> None:
         """Take what was reported; what was reported before and is only repeated is no new value."""
-        self.cells, count, last = reported
-        before = None if self.counted is None else self.counted.value
+        self.cells, *came = reported
+        count, last = came
         if count is not None:
             self.counted = self.counted or Counted()
             self.counted.take(count, ns)
         self.words = last if isinstance(last, str) else ""
-        if not last or count == before:
+        if not last or came == self._came:
             return
-        self.ns = ns
+        self.ns, self._came = ns, came
         fields = () if self.words else tuple(Field(name, quantity_of(name, {}), one) for name, one in last.items())
         self.fields = fields
         self._points.append((ns, tuple(one for one in fields if _is_number(one.value))))

@@ -115,6 +115,14 @@ def test_rates_are_of_bench_time_and_what_is_repeated_is_no_new_value(told):
     assert rows["/speed"].series("data")[-1] == (5900 * MS, 59 / 4)
 
 
+def test_what_is_said_anew_is_a_new_value_whatever_is_counted():
+    """Of an action goals are counted, and feedback is said."""
+    rows = [Row(count=1, last={"gone_m": now // 2 / 10}) for now in range(60)]
+    model = Told(lambda now: {"actions": Table(rows={"/walk": rows[now]})}).run(60)
+    ((_, row),) = model.tables.rows
+    assert [number for _, number in row.series("gone_m")] == [now / 10 for now in range(30)]
+
+
 def test_a_device_that_begins_anew_counts_anew():
     told = Told(lambda now: topics(now if now < 30 else now - 30, 1.0))
     model = told.run(30)
