@@ -20,6 +20,7 @@ from hilbench.pace.pty_probe import PtyProbe
 
 if TYPE_CHECKING:
     from hilbench.links.port import Port
+    from protocols.common.tables import LooksAtTables
 
 LOCKED_FLOOR_S = 0.002
 """The least uncertainty of a time at a port of which nothing is known, in seconds: a USB adapter passes a byte on
@@ -56,6 +57,7 @@ class Bench:
         far: benches of ours behind the ports, which tell how they keep up.
         way: measures how late the host hands on what passes pseudo-terminals; None where there are none.
         on_settled: called whenever a device of the bench has been called; None while nobody looks at devices.
+        tables: what devices have to show as tables, by their names in the journal; looked at on a live bench alone.
     """
 
     def __init__(self, scheduler: Scheduler, journal: Journal, *, timeout_scale: float = 1.0) -> None:
@@ -68,6 +70,7 @@ class Bench:
         self.far: list[FarBench] = []
         self.way: PtyProbe | None = None
         self.on_settled: Callable[[], None] | None = None
+        self.tables: dict[str, LooksAtTables] = {}
         self._far_life = FarLife(scheduler, self.far)
 
     def near_end(self, port: Port) -> Port:

@@ -16,6 +16,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from hilbench.bench import Bench
 from hilbench.bench.recorded_pins import RecordedPins
+from hilbench.bench.reported_tables import ReportedTables
 from hilbench.clock import NS_PER_MS, NS_PER_S, EventClass
 from hilbench.links import Port
 
@@ -244,6 +245,7 @@ class StateReporter:
         self._turn = 0
         self.after: list[Callable[[], None]] = []
         self.standing: Callable[[], Mapping[str, object]] | None = None
+        self._tables = ReportedTables(bench)
         self._pins = RecordedPins()
         for event in bench.journal.recent:
             self._pins.take(event)
@@ -270,6 +272,7 @@ class StateReporter:
             if whole or seen != self._reported_views.get(kind):
                 self._reported_views[kind] = seen
                 self._bench.record(kind, "bench", **seen)
+        self._tables.report(whole=whole)
         if whole and self.standing is not None:
             self._bench.record("standing", "bench", **self.standing(), pins=self._pins.standing())
         self._report_pace()

@@ -242,6 +242,21 @@ class BenchFile:
         return found
 
     @property
+    def served_lines(self) -> Mapping[str, int]:
+        """The lines of models without a body that lead to the checker, or to who is served, each with its rate, bit/s.
+
+        Of models that only the checker is there are none.
+        """
+        return {
+            far: link.baud
+            for link in self.links
+            for near, far in (link.ends, link.ends[::-1])
+            if is_checker_end(near)
+            and (there := self.targets.get(far.partition(".")[0])) is not None
+            and not (there.kind.has_body or there.kind.beside)
+        }
+
+    @property
     def protocols(self) -> Mapping[str, ProtocolPlugin]:
         """What is spoken on lines between the checker and boards, by the board's end, as far as the file says."""
         found = {}

@@ -11,6 +11,7 @@ import hashlib
 import re
 from collections.abc import Collection, Sequence
 from pathlib import Path
+from typing import Any
 
 import msgspec
 from msgspec import UNSET
@@ -259,7 +260,19 @@ class _Reader:
         path = ("targets", name, "settings")
         settings = self._strict.convert_at(entry.settings, self._kinds[name].settings, path)
         owner, kind = self._whose[name]
-        return ModelTarget(settings=settings, kind=kind, owner=owner)
+        return ModelTarget(settings=self._beside(settings, path), kind=kind, owner=owner)
+
+    def _beside(self, settings: Any, path: tuple[str, ...]) -> Any:
+        """Return settings with the folders that they name as seen from here: in the file they are relative to it."""
+        found = {}
+        for item in dataclasses.fields(settings) if dataclasses.is_dataclass(settings) else ():
+            if item.metadata.get("folders"):
+                folders = [self._folder / file_name(one) for one in getattr(settings, item.name)]
+                for number, folder in enumerate(folders):
+                    if not folder.is_dir():
+                        raise self._strict.error(f"no folder '{folder}'", (*path, item.name, number))
+                found[item.name] = tuple(map(str, folders))
+        return dataclasses.replace(settings, **found) if found else settings
 
     def _board(self, name: str, entry: TargetEntry) -> EmulatedBoard:
         assert entry.board is not UNSET

@@ -73,6 +73,11 @@ class FarEnds:
                 is_client_end=lambda end: end not in ports,
             )
 
+    def tell_of_refusals(self, say: Callable[[str], None]) -> None:
+        """Have a person told of faults that cannot strike."""
+        if self.faults is not None:
+            self.faults.on_refused = say
+
     def __contains__(self, end: str) -> bool:
         return end in self._ports
 

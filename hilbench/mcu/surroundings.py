@@ -51,6 +51,7 @@ class Surroundings:
         body: the vehicle in it.
         runner: who moves the world.
         parts: the parts.
+        open_lines: the lines of models without a body that lead to the checker, by the model's end; `a` is ours.
     """
 
     def __init__(
@@ -72,6 +73,7 @@ class Surroundings:
         self.world: World | None = None
         self.body: Any = None
         self.runner: WorldRunner | None = None
+        self.open_lines: dict[str, MemoryLink] = {}
         self.parts = Parts(bench, bench_file.parts, machines, bench_file.nets, seed=seed)
         Buses(bench, group, machines, self.parts, bench_file.parts)
         try:
@@ -103,16 +105,22 @@ class Surroundings:
         self._join(self.model)
 
     def _add_device(self, name: str, there: ModelTarget) -> None:
-        """Put a model without a body at the boards that its lines lead to.
+        """Put a model without a body at the boards that its lines lead to; those that lead to the checker are open.
 
         Raises:
             UsageError: it is one that only the checker has.
         """
-        joined = {mine: port for link in self._bench_file.links for mine, port in self._board_of(link, name)}
-        if not joined:
+        joined: dict[str, Port] = {
+            mine: port for link in self._bench_file.links for mine, port in self._board_of(link, name)
+        }
+        ends = {end for link in self._bench_file.links for end in link.ends if end.startswith(f"{name}.")}
+        if not ends:
             return
         if there.kind.beside:
-            raise UsageError(f"'{name}' is what the checker is, and is not at a board's line", where="links")
+            raise UsageError(f"'{name}' is what the checker is, and is not at a line of a bench", where="links")
+        for end in ends & self._bench_file.served_lines.keys():
+            self.open_lines[end] = MemoryLink(self._bench.scheduler, Line(baud=0), name=end)  # its far end has the pace
+            joined[end.rpartition(".")[2]] = self.open_lines[end].b
         if isinstance(there.owner, System):
             made = checked(there.owner.beside_boards, ServedTarget)(self._bench_file, seed=self._seed)
             self._undo.callback(made.make(self._bench, dict(self._ends_of(made, joined))))
@@ -121,7 +129,7 @@ class Surroundings:
             DeviceActor(self._bench, there.owner.device.make(there.settings), joined[HOST_LINE], name=name)
 
     def _ends_of(self, made: ServedTarget, joined: Mapping[str, Port]) -> Iterator[tuple[str, Port]]:
-        """All ends of a model, of which some lead to boards, and the others nowhere."""
+        """All ends of a model, of which some lead to boards or to the checker, and the others nowhere."""
         for line, baud in made.lines.items():
             nowhere = MemoryLink(self._bench.scheduler, Line(baud=baud), name=line).b
             yield line, joined.get(line.rpartition(".")[2], nowhere)

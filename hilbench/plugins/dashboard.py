@@ -132,13 +132,13 @@ class Dashboard:
     shows: frozenset[str] = frozenset()
     wide: Columns = (
         (4, (("link", 7), ("timers", 8), ("counters", 13), ("pins", 8))),
-        (5, (("world", 3), ("console", 1))),
+        (5, (("world", 3), ("tables", 2), ("console", 1))),
         (4, (("plots", 4), ("states", 4), ("checks", 4))),
     )
     below: Columns = ((5, (("frames", 1),)), (3, (("messages", 1), ("log", 1))))
     narrow: tuple[str, ...] = (
-        "world", "frames", "plots", "link", "log", "states", "timers", "counters", "messages", "checks", "console",
-        "pins",
+        "world", "frames", "plots", "link", "log", "tables", "states", "timers", "counters", "messages", "checks",
+        "console", "pins",
     )  # fmt: skip
     plots: tuple[str, ...] = ("speed", "turn rate", "duty")
     echoes: Callable[[Event, Event], Iterable[Echo]] = _no_echoes

@@ -96,6 +96,7 @@ class ProtocolSystem(System):
         placed = PlacedDevice(bench, bench_file, made, link.b, seed=seed)
         tap, machines = self._host(bench, link.a, seed)
         rig = self._rig(tap, {**machines, **machines_of({DEVICE: placed.device})}, {DEVICE: made})
+        _show(bench, DEVICE, placed.device)
         look = getattr(placed.device, "look", None)
         views = {} if look is None else {self.name: look}
         return replace(rig, views=views, about={**rig.about, **about_world(placed.world)}, close=placed.close)
@@ -130,6 +131,7 @@ class ProtocolSystem(System):
             return tap, {}
         host = self._protocol.host.make(self._protocol.host.settings())
         DeviceActor(bench, host, tap, name=_CLIENT)
+        _show(bench, _CLIENT, host)
         return tap, machines_of({_CLIENT: host})
 
     def _rig(self, tap: Tap, machines: Mapping[str, Observed], devices: Mapping[str, Device] | None = None) -> Rig:
@@ -139,6 +141,13 @@ class ProtocolSystem(System):
         there = {_CLIENT: self._protocol.host, **(devices or {})}
         about = about_line(_CLIENT, self.name, machines)
         return Rig(taps={"host": tap}, machines=machines, senses=_senses(there), about=about)
+
+
+def _show(bench: Bench, name: str, device: object) -> None:
+    """Let a dashboard show the tables of a device that has some."""
+    look = getattr(device, "tables", None)
+    if look is not None:
+        bench.tables[name] = look
 
 
 def _senses(devices: Mapping[str, Device | None]) -> Senses:

@@ -1,4 +1,7 @@
-"""`hilbench serve BOARD:IMAGE`: each USART of an emulated board behind a door of its own, in real time."""
+"""`hilbench serve BOARD:IMAGE`: each USART of an emulated board behind a door of its own, in real time.
+
+So are the lines of models beside boards that lead to ``peer`` or ``peer.LINE``.
+"""
 
 from __future__ import annotations
 
@@ -16,8 +19,8 @@ from hilbench.links import PtyDoor
 from hilbench.mcu.emulated import EmulatedBench, MachineFactory, make_machine
 from hilbench.mcu.group import LOCKED_STEP_NS
 from hilbench.serving import AnyDoor, Notice, Say, no_topics, place, run_until_stopped, signals_held, traffic
-from hilbench.serving.usart_doors import assign, connect, open_doors
-from hilbench.terminal.options import DoorWish, ServeOptions
+from hilbench.serving.usart_doors import assign, connect, connect_model, open_doors
+from hilbench.terminal.options import Clients, DoorWish, ServeOptions
 from hilbench.terminal.options import PtyDoor as PtyWish
 
 __all__ = ["free_usarts", "serve_boards", "usual_usarts"]
@@ -45,25 +48,29 @@ def serve_boards(
         raise no_topics()
     if options.scene is not None and not bench_file.has_world:
         raise UsageError("no target of this bench has a world", where=f"--scene {options.scene}")
-    assigned = assign(options, free_usarts(bench_file), usual_usarts(bench_file))
+    models = bench_file.served_lines
+    one_each = Clients.FIRST if options.clients is Clients.ALL else options.clients
+    of_models = dataclasses.replace(options, clients=one_each)
+    assigned = assign(options, [*free_usarts(bench_file), *models], [*usual_usarts(bench_file), *models])
     refuse_writing_into([("--journal", options.journal)], _unasked_doors(options, assigned))
     with signals_held(), contextlib.ExitStack() as stack:
         emulated = EmulatedBench(
             _with_scene(bench_file, options.scene), seed=options.seed, step_ns=LOCKED_STEP_NS, make_machine=make_machine
         )
         stack.callback(emulated.close)
-        if emulated.far_ends.faults is not None:
-            emulated.far_ends.faults.on_refused = say
+        emulated.far_ends.tell_of_refusals(say)
         served: list[AnyDoor] = []
         for name, wishes in assigned.items():
-            port = emulated.ports[name]
-            if options.baud is not None:
-                port.baud = options.baud
-            opened = open_doors(emulated, name, wishes, options)
+            if options.baud is not None and name not in models:
+                emulated.ports[name].baud = options.baud
+            opened = open_doors(emulated, name, wishes, of_models if name in models else options)
             doors = [stack.enter_context(contextlib.closing(door)) for door in opened]
-            connect(emulated, name, doors, say, options.clients)
+            if name in models:
+                connect_model(emulated, name, doors, say, of_models)
+            else:
+                connect(emulated, name, doors, say, options.clients)
             for door in doors:
-                say(_announcement(name, door, follows=options.baud is None))
+                say(_announcement(name, door, follows=options.baud is None and name not in models))
             served += doors
         if options.journal is not None:
             emulated.write_journal(options.journal, options.journal_max)

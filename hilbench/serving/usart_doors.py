@@ -18,7 +18,7 @@ from hilbench.serving.doors import SharedDoor
 from hilbench.terminal.options import Clients, DoorWish, ServeOptions
 from hilbench.terminal.options import PtyDoor as PtyWish
 
-__all__ = ["ServedUsart", "assign", "open_doors"]
+__all__ = ["ServedUsart", "assign", "connect_model", "open_doors"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,14 +89,15 @@ def _has_such(wish: DoorWish, others: Sequence[DoorWish]) -> bool:
 def open_doors(
     emulated: EmulatedBench, name: str, wishes: Sequence[DoorWish], options: ServeOptions
 ) -> Iterator[AnyDoor]:
-    """Open the doors of one USART; the caller closes them.
+    """Open the doors of one USART, or of the line of a model; the caller closes them.
 
     Raises:
         UsageError: something else is at the path of a pty.
         UnavailableError: a door cannot be opened.
     """
-    port = emulated.ports[name]
-    scheduler, line = emulated.bench.scheduler, Line(baud=port.baud)
+    port = emulated.ports.get(name)
+    baud = options.baud or emulated.bench_file.served_lines[name] if port is None else port.baud
+    scheduler, line = emulated.bench.scheduler, Line(baud=baud)
     for wish in wishes:
         yield open_door(
             wish,
@@ -105,7 +106,7 @@ def open_doors(
             any_baud=options.any_baud,
             clients=options.clients,
             hangs_up=not options.ignore_hangup,
-            chip_time=port.chip_time,
+            chip_time=None if port is None else port.chip_time,
         )
 
 
@@ -114,7 +115,7 @@ def connect(
 ) -> None:
     """Put the doors of one USART at the far end of its line, and tell who comes and goes."""
     port, far_end = emulated.ports[name], emulated.far_ends[name]
-    outside: Port = doors[0] if len(doors) == 1 else SharedDoor(doors, clients)
+    outside = _outside(doors, clients)
     port.on_follow = partial(_follow, port, doors)
     if far_end is port:
         outside.on_receive = port.begin
@@ -127,6 +128,40 @@ def connect(
     for door in doors:
         if far_end is port:
             port.add_sender(door.incoming)
+    _tell_of(emulated, name, doors, say)
+
+
+def connect_model(
+    emulated: EmulatedBench, name: str, doors: Sequence[AnyDoor], say: Say, options: ServeOptions
+) -> None:
+    """Put the doors of the line of a model at its far end; a client that leaves hangs up, unless nobody is told."""
+    link, bench = emulated.surroundings.open_lines[name], emulated.bench
+    outside = _outside(doors, options.clients)
+    source, _, line = name.rpartition(".")
+
+    def received(data: bytes, _at_ns: int) -> None:
+        bench.record("rx", source, line=line, data=data)
+        link.a.write(data)
+
+    def line_changed(up: bool, _at_ns: int) -> None:
+        if up:
+            link.restore()
+        elif not options.ignore_hangup:
+            link.hang_up()
+        say(_now(emulated, name, f"a client {'came' if up else 'left'}"))
+
+    link.a.on_receive = lambda data, _at_ns: outside.write(data)
+    outside.on_receive = received
+    outside.on_line = line_changed
+    _tell_of(emulated, name, doors, say)
+
+
+def _outside(doors: Sequence[AnyDoor], clients: Clients) -> Port:
+    return doors[0] if len(doors) == 1 else SharedDoor(doors, clients)
+
+
+def _tell_of(emulated: EmulatedBench, name: str, doors: Sequence[AnyDoor], say: Say) -> None:
+    for door in doors:
         door.on_garbled = partial(_garbled, emulated, name, door, say)
         door.on_visit = partial(_visited, emulated, name, door, say)
 

@@ -27,6 +27,7 @@ from hilbench.tui.dialogs import (
     ToggleScreen,
     WordScreen,
 )
+from hilbench.tui.fields_pane import FieldsPane
 from hilbench.tui.frames_pane import FramesPane
 from hilbench.tui.key_line import KeyLine
 from hilbench.tui.keys import BY_NAME, KEYS, key_of, wanted_now
@@ -41,6 +42,7 @@ from hilbench.tui.pads import Pads
 from hilbench.tui.panes import PANES, Guide, Head, Pane, PlotsPane, Strip
 from hilbench.tui.recorded import RecordedBench
 from hilbench.tui.saving import Saving
+from hilbench.tui.tables_pane import TablesPane
 from hilbench.tui.terminal import Terminal, end_by_signals, terminal_driver
 from hilbench.tui.theme import terminal_theme
 from hilbench.tui.timeline import Timeline
@@ -62,7 +64,9 @@ _SPECIAL: dict[str, Callable[[], Pane]] = {
     "plots": PlotsPane,
     "checks": ChecksPane,
     "messages": MessagesPane,
+    "tables": TablesPane,
 }
+_OF_FIELDS: tuple[type[MessagesPane | TablesPane], ...] = (MessagesPane, TablesPane)
 OpenBench = Callable[[str], BenchProcess]
 
 
@@ -175,7 +179,8 @@ class Dashboard(Saving):
         self.run_of_suite = None
         self.query_one(FramesPane).filter("")
         self.query_one(ChecksPane).forget()
-        self.query_one(MessagesPane).forget()
+        for kind in _OF_FIELDS:
+            self.query_one(kind).forget()
         timeline = self.query_one(Timeline)
         timeline.replay = replay
         timeline.set_class(replay is not None, "recorded")
@@ -383,8 +388,8 @@ class Dashboard(Saving):
 
         self.push_screen(ToggleScreen("Plot which signals?", rows, self._toggle_plot))
 
-    def on_messages_pane_plotted(self, message: MessagesPane.Plotted) -> None:
-        """Plot a field of a message, or do so no more."""
+    def on_fields_pane_plotted(self, message: FieldsPane.Plotted) -> None:
+        """Plot a field of a message or of a row, or do so no more."""
         self._toggle_plot(message.name)
         shown = "plots" in self.query_one(Body).shown
         has = message.name in self.query_one(PlotsPane).plotted
@@ -402,9 +407,10 @@ class Dashboard(Saving):
         self._memory.plot(self._shown_as.kind, signals, span_s)
 
     def _look_at_plotted(self) -> None:
-        messages = self.query_one(MessagesPane)
-        messages.plotted = self.query_one(PlotsPane).plotted
-        messages.refresh()
+        for kind in _OF_FIELDS:
+            pane = self.query_one(kind)
+            pane.plotted = self.query_one(PlotsPane).plotted
+            pane.refresh()
 
     # --- suites
 

@@ -26,6 +26,7 @@ from hilbench.tui.views.pins import pins_view
 from hilbench.tui.views.plots import SPANS_S, plots_view
 from hilbench.tui.views.states import machine_view
 from hilbench.tui.views.status import link_view, strip_view
+from hilbench.tui.views.tables import tables_view
 from hilbench.tui.views.watchdogs import timers_view
 from hilbench.tui.views.words import fit
 
@@ -129,6 +130,12 @@ PANES: dict[str, PaneSpec] = {
         lambda model, width, height: messages_view(model.messages, width, height, model.ns),
         "M",
         lambda m: bool(m.live.get("protocol") or m.live.get("speakers")),
+    ),
+    "tables": PaneSpec(
+        "Tables",
+        lambda model, width, height: tables_view(model.tables.shown, width, height, model.ns),
+        "B",
+        lambda m: bool(m.tables.shown),
     ),
     "console": PaneSpec(
         "Console",

@@ -7,6 +7,11 @@ themselves).
 
 from __future__ import annotations
 
+from protocols.xrce.action_server import (
+    ActionServer,
+    Goal,
+    GoalState,
+)
 from protocols.xrce.agent import (
     AgentMachine,
 )
@@ -145,6 +150,14 @@ from protocols.xrce.reading import (
     UNLIMITED,
     Reading,
 )
+from protocols.xrce.ros_names import (
+    ACTION_PARTS,
+    RosKind,
+    RosName,
+    ros_name,
+    ros_type,
+    topic_of_ros,
+)
 from protocols.xrce.sequence import (
     BEFORE_FIRST,
     after,
@@ -235,8 +248,12 @@ from protocols.xrce.submessages import (
     encode_submessage,
     split_submessages,
 )
+from protocols.xrce.tables import (
+    AgentTables,
+)
 
 __all__ = [
+    "ACTION_PARTS",
     "AGENT_TABLE",
     "BEFORE_FIRST",
     "BUILTIN_BEST_EFFORT",
@@ -259,6 +276,7 @@ __all__ = [
     "VERSION",
     "AckNack",
     "Action",
+    "ActionServer",
     "Agent",
     "AgentActivity",
     "AgentEvent",
@@ -266,6 +284,7 @@ __all__ = [
     "AgentOptions",
     "AgentService",
     "AgentState",
+    "AgentTables",
     "AgentTime",
     "AgentTrigger",
     "Application",
@@ -311,6 +330,8 @@ __all__ = [
     "Framing",
     "FramingOptions",
     "GetInfo",
+    "Goal",
+    "GoalState",
     "GroupQos",
     "Header",
     "Heartbeat",
@@ -358,6 +379,8 @@ __all__ = [
     "RequesterBinary",
     "Reset",
     "Role",
+    "RosKind",
+    "RosName",
     "Sample",
     "SampleIdentity",
     "SampleInfo",
@@ -419,6 +442,9 @@ __all__ = [
     "longest_frame",
     "object_id",
     "pack_submessages",
+    "ros_name",
+    "ros_type",
     "split_submessages",
+    "topic_of_ros",
     "with_kind",
 ]

@@ -27,7 +27,7 @@ from protocols.xrce.descriptions import Profiles, Qos, TopicDescription
 from protocols.xrce.entities import Entities, Entity
 from protocols.xrce.errors import LocalProtocolError, StreamFullError
 from protocols.xrce.events import Event, Received, SessionClosed, SessionOpened, Transmit
-from protocols.xrce.objects import KIND_OF_OBJECT, DataReader, DataWriter, Replier, Requester
+from protocols.xrce.objects import KIND_OF_OBJECT, Client, DataReader, DataWriter, Replier, Requester
 from protocols.xrce.options import AgentOptions
 from protocols.xrce.reading import Reading
 from protocols.xrce.service_events import (
@@ -87,10 +87,11 @@ class ServiceCounters:
 
 @dataclass(slots=True)
 class _Line:
-    """What stands at a line: a session, what its client has created, and the stream that it is answered on now."""
+    """What stands at a line: a session, its client with what that has created, the stream it is answered on now."""
 
     name: str
     session: Session
+    client: Client | None = None
     entities: Entities | None = None
     answers_on: int = BUILTIN_RELIABLE
 
@@ -133,6 +134,11 @@ class AgentService:
     def objects(self) -> Mapping[str, Mapping[int, Entity]]:
         """What the client at each line has created, by its id."""
         return {name: line.entities.by_id if line.entities else {} for name, line in self._lines.items()}
+
+    @property
+    def clients(self) -> Mapping[str, Client]:
+        """The client that has a session, by line."""
+        return {name: line.client for name, line in self._lines.items() if line.client is not None}
 
     # --- what a driver does
 
@@ -182,12 +188,20 @@ class AgentService:
         self.space.add_writer(made)
         return made
 
-    def write(self, writer: Writer, data: bytes, now_ns: int, *, identity: SampleIdentity | None = None) -> Written:
+    def write(
+        self,
+        writer: Writer,
+        data: bytes,
+        now_ns: int,
+        *,
+        identity: SampleIdentity | None = None,
+        answers: SampleIdentity | None = None,
+    ) -> Written:
         """A program beside the agent writes a sample: CDR without a header, little-endian.
 
-        A request of a service has an identity, by which its reply is known: `StoredSample.answers`.
+        A request of a service has an identity, and the reply to it has that as what it answers: see `StoredSample`.
         """
-        self._route("", writer, StoredSample(data=data, identity=identity), now_ns)
+        self._route("", writer, StoredSample(data=data, identity=identity, answers=answers), now_ns)
         return self._settle(now_ns)
 
     def listen(
@@ -229,23 +243,25 @@ class AgentService:
                     self._answer(line, event.submessage, now_ns)
                     continue
                 case SessionOpened():
-                    self._begin(line, event.peer.client_key, now_ns)  # type: ignore[union-attr]
+                    assert isinstance(event.peer, Client)
+                    self._begin(line, event.peer, now_ns)
                 case SessionClosed():
                     self._end(line)
             self._events.append(ClientEvent(line=line.name, what=type(event).__name__, event=event))
 
-    def _begin(self, line: _Line, client_key: bytes, now_ns: int) -> None:
+    def _begin(self, line: _Line, client: Client, now_ns: int) -> None:
         """A session begins: of what its client had before, here or at another line, nothing is left."""
         self._end(line)
         for other in self._lines.values():
-            if other.entities is not None and other.entities.client_key == client_key:
+            if other.entities is not None and other.entities.client_key == client.client_key:
                 self._take(other, other.session.disconnect(now_ns), now_ns)
-        line.entities = Entities(client_key, self.space, self._profiles, self._options)
+        line.client = client
+        line.entities = Entities(client.client_key, self.space, self._profiles, self._options)
 
     def _end(self, line: _Line) -> None:
         if line.entities is not None:
             line.entities.clear()
-            line.entities = None
+            line.client = line.entities = None
 
     def _answer(self, line: _Line, said: Submessage, now_ns: int) -> None:
         entities = line.entities

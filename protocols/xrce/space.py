@@ -179,6 +179,14 @@ class DataSpace:
         there = sorted({*self._writers, *self._readers})
         return {key: (len(self._writers.get(key, ())), len(self._readers.get(key, ()))) for key in there}
 
+    @property
+    def endpoints(self) -> Iterator[Writer | Reader]:
+        """All writers and readers."""
+        for writers in self._writers.values():
+            yield from writers
+        for readers in self._readers.values():
+            yield from readers
+
     def add_writer(self, writer: Writer) -> list[Reader]:
         """Adds a writer; returns the readers of its topic that cannot be served by it."""
         self._writers.setdefault(_key(writer), []).append(writer)

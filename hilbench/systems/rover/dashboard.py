@@ -11,7 +11,7 @@ DASHBOARD = Dashboard(
     shows=frozenset({"pkt", "rover-4wd"}),
     wide=(
         (4, (("link", 7), ("timers", 6), ("counters", 16))),
-        (5, (("world", 4), ("plots", 3))),
+        (5, (("world", 4), ("tables", 2), ("plots", 3))),
         (4, (("pins", 5), ("states", 4), ("console", 2), ("checks", 4))),
     ),
     narrow=(

@@ -90,11 +90,12 @@ DASHBOARD = Dashboard(
     shows=frozenset({"car"}),
     wide=(
         (4, (("pins", 10), ("link", 9), ("timers", 10))),
-        (5, (("world", 3), ("plots", 2))),
+        (5, (("world", 3), ("tables", 3), ("plots", 2))),
         (4, (("states", 5), ("counters", 4), ("console", 2), ("checks", 4))),
     ),
     narrow=(
-        "world", "frames", "plots", "states", "link", "timers", "log", "pins", "counters", "checks", "console",
+        "world", "frames", "plots", "tables", "states", "link", "timers", "log", "pins", "counters", "checks",
+        "console",
     ),
     plots=("speed", "turn rate", "steer"),
     keys=_KEYS,

@@ -34,6 +34,7 @@ from hilbench.systems.vehicle.cases import line_baud
 from hilbench.systems.vehicle.driven_car import DrivenCar
 from hilbench.systems.vehicle.driver import CarCrew, CarDriver
 from hilbench.systems.vehicle.hands import ModelHands, VehicleHands
+from hilbench.systems.vehicle.micro_ros import MicroRosEnd
 from hilbench.systems.vehicle.micro_ros_peer import driving_stack
 from hilbench.systems.vehicle.micro_ros_settings import MicroRosSettings
 from hilbench.systems.vehicle.provider import settings_of
@@ -98,6 +99,9 @@ class LiveVehicle:
             hands=hands,
             start=start,
         )
+        agent = self.crew.stack.connection
+        if isinstance(agent, MicroRosEnd):
+            bench.tables["agent"] = agent.tables.look
         self._outside: BoardFromOutside | None = None
         self.machines: Mapping[str, Observed] = {
             "board": BoardModes(board) if board is not None else self._outside_view(),

@@ -38,6 +38,7 @@ from protocols.autoware import (
     UnknownMessage,
 )
 from protocols.state_machine import earliest
+from protocols.xrce.cdr import Library
 
 __all__ = ["MicroRosEnd"]
 
@@ -54,6 +55,9 @@ class MicroRosEnd:
 
     Args:
         settings: of the agent.
+
+    Attributes:
+        tables: what the agent has to show.
     """
 
     def __init__(self, settings: MicroRosSettings | None = None) -> None:
@@ -61,6 +65,7 @@ class MicroRosEnd:
         self._open = False
         self._heard: list[Event] = []
         self._slow_ns = round(self._settings.slow_s * NS_PER_S)
+        self.tables = xrce.AgentTables(lambda: self._service, Library())
         self._start()
 
     def _start(self) -> None:

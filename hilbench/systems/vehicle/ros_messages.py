@@ -7,14 +7,12 @@ from typing import Any
 
 from protocols.autoware import MESSAGES, ControlModeRequest, ControlModeResponse, FieldSpec, Message, Time, WireType
 from protocols.xrce import TopicDescription
-from protocols.xrce.cdr import INTERFACES, MessageTypes, definition_of, parse_service
+from protocols.xrce.cdr import INTERFACES, SERVICES, MessageTypes, definition_of, parse_service
 
 __all__ = ["decode_sample", "encode_sample", "topic_of"]
 
-_SERVICE = parse_service(
-    "autoware_auto_vehicle_msgs/srv/ControlModeCommand",
-    "builtin_interfaces/Time stamp\nuint8 mode\n---\nbool success",
-)
+_NAME = "autoware_auto_vehicle_msgs/srv/ControlModeCommand"
+_SERVICE = parse_service(_NAME, SERVICES[_NAME])
 
 _TYPES = MessageTypes()
 for _definition in (*map(definition_of, INTERFACES), _SERVICE.request, _SERVICE.response):

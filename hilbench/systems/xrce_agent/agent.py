@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from hilbench.benchfile.bench_file import BenchFile
 from hilbench.clock import NS_PER_S
+from hilbench.systems.xrce_agent.definitions import library_of
 from hilbench.systems.xrce_agent.protocol import BAUD
 from hilbench.systems.xrce_agent.settings import AgentSettings
-from protocols.xrce import AgentEvent, AgentOptions, AgentService, Framing, FramingOptions, Session
+from protocols.common.tables import Table
+from protocols.xrce import AgentEvent, AgentOptions, AgentService, AgentTables, Framing, FramingOptions, Session
 
-__all__ = ["AgentOnLine", "agent_of", "baud_of"]
+__all__ = ["AgentOnLine", "agent_of", "baud_of", "tables_of"]
 
 _LINE = "host"
 
@@ -36,6 +39,11 @@ def agent_of(settings: AgentSettings, lines: Sequence[str], *, epoch_ns: int = 0
     return AgentService(lines, options)
 
 
+def tables_of(agent: AgentService, settings: AgentSettings) -> AgentTables:
+    """Return what an agent has to show."""
+    return AgentTables(lambda: agent, library_of([Path(folder) for folder in settings.types]))
+
+
 class AgentOnLine:
     """An agent with one line, as a device.
 
@@ -46,11 +54,16 @@ class AgentOnLine:
 
     def __init__(self, settings: AgentSettings, *, epoch_ns: int = 0) -> None:
         self.service = agent_of(settings, (_LINE,), epoch_ns=epoch_ns)
+        self._tables = tables_of(self.service, settings)
 
     @property
     def observed(self) -> Session:
         """What a dashboard looks at: the session at its line."""
         return self.service.sessions[_LINE]
+
+    def tables(self) -> Mapping[str, Table]:
+        """Return what a dashboard shows of it."""
+        return self._tables.look()
 
     def receive(self, data: bytes, now_ns: int) -> bytes:
         """Take bytes off the line; return what to put on it."""

@@ -11,10 +11,10 @@ DASHBOARD = Dashboard(
     shows=frozenset({"xrce"}),
     wide=(
         (4, (("link", 7), ("timers", 8), ("counters", 13))),
-        (5, (("states", 3), ("checks", 3))),
+        (6, (("tables", 4), ("states", 3), ("checks", 3))),
         (4, (("plots", 3), ("pins", 3), ("console", 2))),
     ),
-    narrow=("states", "frames", "messages", "link", "plots", "log", "timers", "counters", "checks"),
+    narrow=("tables", "frames", "plots", "messages", "states", "link", "log", "timers", "counters", "checks"),
     plots=("sent", "heard"),
     routine=frozenset({"Received", "SampleRouted"}),
 )

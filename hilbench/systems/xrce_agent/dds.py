@@ -20,7 +20,6 @@ from hilbench.clock import EventClass
 from hilbench.errors import UnavailableError
 from hilbench.files.names import printable
 from hilbench.systems.xrce_agent.cyclone import DdsError, Endpoint, Participant, Watch
-from hilbench.systems.xrce_agent.samples import message_of
 from hilbench.terminal.options import ITS_DOMAINS
 from protocols.xrce import (
     AgentService,
@@ -31,6 +30,7 @@ from protocols.xrce import (
     SampleIdentity,
     StoredSample,
     Writer,
+    ros_type,
 )
 from protocols.xrce.cdr import INTERFACES, MessageTypes, definition_of
 
@@ -62,7 +62,7 @@ def _little_endian(type_name: str, data: bytes) -> bytes:
         LocalProtocolError: its type is not known.
         RemoteProtocolError: it is none of its type.
     """
-    name = message_of(type_name)
+    name = ros_type(type_name)
     if name is None or name not in INTERFACES:
         raise LocalProtocolError(f"it is big-endian, and {type_name} is not known here")
     return _known_types().encode(name, _known_types().decode(name, data, little_endian=False))

@@ -37,6 +37,7 @@ def attached_agent(bench: Bench, bench_file: BenchFile, spec: str, *, seed: int)
     settings = bench_file.settings_of(AgentSettings) or AgentSettings()
     agent = AgentOnLine(settings, epoch_ns=wall_time_ns() - bench.now_ns)
     DeviceActor(bench, agent, tap, name=_AGENT)
+    bench.tables[_AGENT] = agent.tables
     machines = {_AGENT: agent.observed}
     about = about_line(_AGENT, "xrce", machines)
     return Rig(taps={"host": tap}, machines=machines, about=about, demo=False, close=port.close)

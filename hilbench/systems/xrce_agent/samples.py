@@ -7,21 +7,20 @@ repeated or comes in pieces. It is not known where a client refers to a profile 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from hilbench.errors import UsageError
 from hilbench.plugins.protocol import Heard, TopicSample
+from hilbench.systems.xrce_agent.definitions import library_of
 from protocols import xrce
 from protocols.common.items import Kind
-from protocols.xrce.cdr import INTERFACES, encapsulate, full_text, parse_message
+from protocols.xrce.cdr import encapsulate, full_text
 from protocols.xrce.decoding import Message
 
-__all__ = ["message_of", "samples_in"]
+__all__ = ["samples_in"]
 
 _TOPIC = re.compile(r"rt(/[\w/]+)", re.ASCII)
-_TYPE = re.compile(r"([A-Za-z]\w{0,200})::msg::dds_::([A-Za-z]\w{0,200})_", re.ASCII)
-"""``rt/speed``, ``std_msgs::msg::dds_::Float32_`` (ROS 2, topic and service name mapping to DDS); fit for files."""
+"""``rt/speed`` (ROS 2, topic and service name mapping to DDS); fit for files."""
 _EITHER = xrce.AgentOptions(frames=xrce.FramingOptions(framing=xrce.Framing.EITHER))
 _OF_CLIENTS = (xrce.CreateClient, xrce.Create, xrce.WriteData, xrce.ReadData)
 
@@ -36,7 +35,7 @@ def samples_in(frames: Sequence[Heard], folders: Sequence[Path]) -> tuple[list[T
 
     Args:
         frames: of the recording.
-        folders: with definitions of types, as ``share`` of an installed ROS 2: ``PACKAGE/msg/NAME.msg`` in them.
+        folders: with definitions of types, see `library_of`.
 
     Raises:
         UsageError: a definition there cannot be read.
@@ -44,10 +43,17 @@ def samples_in(frames: Sequence[Heard], folders: Sequence[Path]) -> tuple[list[T
     listener = _Listener(frames)
     texts: dict[str, str | None] = {}
     unknown: dict[str, None] = {}
-    text_of = _texts(folders, unknown)
+    library = library_of(folders)
+
+    def text_of(name: str) -> str | None:
+        text = library.text_of(name)
+        if text is None:
+            unknown[name] = None
+        return text
+
     found = []
     for ns, topic, data, little_endian in listener.samples():
-        of_topic, name = _TOPIC.fullmatch(topic.name), message_of(topic.type_name)
+        of_topic, name = _TOPIC.fullmatch(topic.name), xrce.ros_type(topic.type_name)
         if of_topic is None or name is None:
             continue
         if name not in texts:
@@ -65,33 +71,6 @@ def samples_in(frames: Sequence[Heard], folders: Sequence[Path]) -> tuple[list[T
             )
         )
     return found, list(unknown)
-
-
-def message_of(type_name: str) -> str | None:
-    """Return ``std_msgs/msg/Float32`` of ``std_msgs::msg::dds_::Float32_``; None of what ROS 2 names otherwise."""
-    found = _TYPE.fullmatch(type_name)
-    return None if found is None else "/msg/".join(found.groups())
-
-
-def _texts(folders: Sequence[Path], unknown: dict[str, None]) -> Callable[[str], str | None]:
-    """Return what returns a definition, and takes the names of those that it does not find."""
-
-    def text_of(name: str) -> str | None:
-        for folder in folders:
-            path = folder / f"{name}.msg"
-            try:
-                text = path.read_text(encoding="utf-8-sig")
-                parse_message(name, text)
-            except FileNotFoundError:
-                continue
-            except (OSError, UnicodeDecodeError, xrce.LocalProtocolError) as error:
-                raise UsageError(f"cannot be read: {error}", where=str(path)) from None
-            return text
-        if name not in INTERFACES:
-            unknown[name] = None
-        return INTERFACES.get(name)
-
-    return text_of
 
 
 class _Listener:

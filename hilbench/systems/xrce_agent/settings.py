@@ -31,6 +31,14 @@ class AgentSettings:
     )
     history: int = _setting(16, "", "choice: samples that are kept for a reader that has not asked for them yet")
     max_objects: int = _setting(256, "", "choice: objects of one client")
+    types: tuple[str, ...] = field(
+        default=(),
+        metadata={
+            "unit": "folders",
+            "source": "with definitions of types for the dashboard, PACKAGE/msg/NAME.msg in it; none: the usual ones",
+            "folders": True,
+        },
+    )
 
     def __post_init__(self) -> None:
         """Checks the figures."""

@@ -99,7 +99,7 @@ class XrceAgent(System):
 def _agent_of(bench_file: BenchFile, baud: int | None, epoch_ns: Callable[[Bench], int]) -> ServedTarget:
     from hilbench.bench.devices import LinesActor
     from hilbench.bench.served_targets import ServedTarget
-    from hilbench.systems.xrce_agent.agent import agent_of, baud_of
+    from hilbench.systems.xrce_agent.agent import agent_of, baud_of, tables_of
 
     name, settings = next(
         (name, target.settings)
@@ -112,6 +112,7 @@ def _agent_of(bench_file: BenchFile, baud: int | None, epoch_ns: Callable[[Bench
         ends = {end.rpartition(".")[2]: port for end, port in ports.items()}
         agent = agent_of(settings, LINES, epoch_ns=epoch_ns(bench))
         actor = LinesActor(bench, agent, ends, name=name)
+        bench.tables[name] = tables_of(agent, settings).look
         if domain is None:
             return lambda: None
         domain.join(bench, name, agent, actor.transmit)

@@ -17,6 +17,7 @@ from hilbench.tui.model.pins import PinsModel
 from hilbench.tui.model.places import WorldModel
 from hilbench.tui.model.rates import Counted
 from hilbench.tui.model.signals import SignalsModel
+from hilbench.tui.model.tables import TablesModel
 
 __all__ = ["SLOW_FACTOR", "BenchModel", "DriverModel", "LineModel"]
 
@@ -97,7 +98,8 @@ class BenchModel:
         self.world = WorldModel.of(live)
         self.pins = PinsModel(live)
         self.dashboard, problems = dashboard_of(live)
-        self.signals = SignalsModel(self.dashboard, live, self.frames)
+        self.tables = TablesModel()
+        self.signals = SignalsModel(self.dashboard, live, self.frames, self.tables)
         self.console = ConsoleModel(live)
         self.checks = ChecksModel()
         self.log = LogModel(self.dashboard)
@@ -162,6 +164,8 @@ class BenchModel:
                 self.faults[f"{event['fault']} towards {event['towards']}"] += 1
             case "host-pace":
                 self.pace = event
+            case "table":
+                self.tables.take(event)
             case _:
                 self._take_rare(event)
 

@@ -17,11 +17,11 @@ BOARD = Dashboard(
     kind="board",
     wide=(
         (4, (("pins", 9), ("link", 2), ("timers", 2), ("counters", 3))),
-        (6, (("world", 4), ("plots", 3))),
+        (6, (("world", 4), ("tables", 4), ("plots", 3))),
         (4, (("console", 4), ("log", 4), ("states", 3), ("checks", 4), ("frames", 2), ("messages", 2))),
     ),
     below=(),
-    narrow=("world", "console", "pins", "log", "plots", "checks"),
+    narrow=("world", "console", "pins", "tables", "log", "plots", "checks"),
 )  # fmt: skip
 """Of those on which none of our clients speaks."""
 

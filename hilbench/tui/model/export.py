@@ -65,16 +65,16 @@ def _plot(selection: Selection) -> Iterable[Row]:
     """Return a row a point, in the order of time: signals come at times of their own, and none is made up between."""
     model = selection.model
     begin_ns = model.ns - selection.span_s * NS_PER_S
+    there = {name: model.signals.signal(name) for name in selection.signals}
     points = [
-        (ns, name, number, value)
-        for name in selection.signals
-        if name in model.signals.signals
-        for number, part in enumerate(model.signals.signals[name].parts, 1)
+        (ns, name, number, value, signal.unit)
+        for name, signal in there.items()
+        if signal is not None
+        for number, part in enumerate(signal.parts, 1)
         for ns, value in part
         if begin_ns <= ns <= model.ns
     ]
-    for ns, name, number, value in sorted(points):
-        unit = model.signals.signals[name].unit
+    for ns, name, number, value, unit in sorted(points):
         yield {"time_s": ns / NS_PER_S, "signal": name, "part": number, "value": value, "unit": unit}
 
 

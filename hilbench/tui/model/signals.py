@@ -11,6 +11,7 @@ from typing import Any
 
 from hilbench.plugins.dashboard import Dashboard
 from hilbench.tui.model.frames import LEAST_STEP_NS, Field, FrameModel, FramesModel
+from hilbench.tui.model.tables import RowModel, TablesModel
 
 __all__ = ["LEAST_STEP_NS", "Signal", "SignalsModel", "field_signal"]
 
@@ -60,10 +61,18 @@ class SignalsModel:
         dashboard: says which figures matter.
         live: what the header of the journal says of the bench.
         frames: those of the bench; each field of their messages is a figure, too.
+        tables: those of the bench; so is each field of their rows.
     """
 
-    def __init__(self, dashboard: Dashboard, live: Event, frames: FramesModel | None = None) -> None:
+    def __init__(
+        self,
+        dashboard: Dashboard,
+        live: Event,
+        frames: FramesModel | None = None,
+        tables: TablesModel | None = None,
+    ) -> None:
         self._frames = frames
+        self._tables = tables
         self.signals: dict[str, Signal] = {}
         self._dashboard = dashboard
         self._live = live
@@ -81,9 +90,15 @@ class SignalsModel:
         return found[:_MOST_USUAL] or sorted(self.signals, key=lambda name: name == _LATENESS)[:_MOST_USUAL]
 
     def signal(self, name: str) -> Signal | None:
-        """Return a figure, or a field of a message by its `field_signal`; None if there is no such."""
-        if name in self.signals or self._frames is None:
-            return self.signals.get(name)
+        """Return a figure, or a field of a message or of a row by what that is called; None if there is no such."""
+        if name in self.signals:
+            return self.signals[name]
+        found = None if self._tables is None else self._tables.field(name)
+        if found is not None:
+            row, one = found
+            return _of_row(row, one)
+        if self._frames is None:
+            return None
         for message in self._frames.messages:
             frame = message.latest
             for one in frame.fields:
@@ -192,6 +207,13 @@ def _of_field(frames: FramesModel, frame: FrameModel, field: Field) -> Signal:
     signal = Signal(field.quantity.unit)
     for ns, numbers in frames.series(frame.message, field.name):
         signal.take(ns, numbers[:_MOST_PARTS])
+    return signal
+
+
+def _of_row(row: RowModel, field: Field) -> Signal:
+    signal = Signal(field.quantity.unit)
+    for ns, number in row.series(field.name):
+        signal.take(ns, (number,))
     return signal
 
 

@@ -103,7 +103,7 @@ def _recording(model: BenchModel) -> tuple[str, Keys]:
 def _live(model: BenchModel, actions: Collection[str]) -> tuple[str, Keys]:
     """Return what goes on, and the keys that matter most then."""
     usual = [("i", "a fault")] * ("inject" in actions) + [("t", "checks")] * ("check" in actions)
-    usual += [("M", "messages")] * bool(model.frames.protocols)
+    usual += [("M", "messages")] * bool(model.frames.protocols) + [("B", "tables")] * bool(model.tables.shown)
     world = model.world
     where = f" {world.vehicle}{f' ({world.scene})' if world.scene else ''}" if world.vehicle else ""
     if model.paused:

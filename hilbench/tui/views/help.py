@@ -24,10 +24,11 @@ _PANES = {
     "plots": "figures over time, each with its scale and unit; L chooses, < and > change the time",
     "checks": "the clauses of a suite and their verdicts; arrows point, enter shows cause and evidence",
     "messages": "each message with its rate and last fields; arrows point, enter opens one, enter there plots a field",
+    "tables": "what devices have to show, with rates and what came last; enter opens a row, there it plots a field",
     "console": "what firmware says in words: semihosting, ITM, or a UART with text",
 }
 _KEYS = (
-    ("0-9 C M", "that pane alone; again, or escape: all panes. So does a double click on it"),
+    ("0-9 B C M", "that pane alone; again, or escape: all panes. So does a double click on it"),
     ("tab", "the next pane; P: which panes, and where"),
     ("\\[ ] { } ", "the pane narrower, wider, lower, higher; or drag its border with the mouse. It is remembered"),
     ("w a s d", "drive, as arrows do where no list has them; capitals: full speed. Hold the key: 0.7 s after it"),

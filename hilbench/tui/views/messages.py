@@ -1,18 +1,17 @@
-"""Every message that there was as a table, and one of them field by field."""
+"""Every message that there was as a table."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 
 from rich.text import Text
 
-from hilbench.tui.model.frames import Field, MessageModel
+from hilbench.tui.model.frames import MessageModel
 from hilbench.tui.views.frames import fields_text
-from hilbench.tui.views.words import DIM, HEAD, LIT, fit, ns_words, seconds
+from hilbench.tui.views.words import DIM, HEAD, LIT, fit, ns_words
 
-__all__ = ["message_view", "messages_view"]
+__all__ = ["messages_view"]
 
-_NAME_AT = 24
 _WITH_COUNT = 80
 """With fewer columns there is room for the rate alone (choice)."""
 
@@ -55,50 +54,5 @@ def _line(message: MessageModel, line: int, breadth: int, width: int, now_ns: in
         (f"{message.count:>7} {ns_words(max(0, now_ns - latest.ns)):>9}  " if width >= _WITH_COUNT else "", DIM),
         fields_text(latest),
     )
-    text = fit(text, width)
-    return Text(f"{text.plain:<{width}}", LIT) if points else text
-
-
-def message_view(
-    message: MessageModel, width: int, height: int, now_ns: int, *, field: int, plotted: Collection[str]
-) -> list[Text]:
-    """Return a message field by field: what it is called, its value in its unit, and whether it is plotted.
-
-    Args:
-        message: which.
-        width: cells in a line.
-        height: lines there are.
-        now_ns: bench time.
-        field: the number of the field that is pointed at.
-        plotted: the names of the fields that are plotted.
-    """
-    latest = message.latest
-    way = "sent" if latest.sent else "heard"
-    said = f"  {way} {message.count}x, {message.per_s(now_ns):.1f}/s, last at {seconds(latest.ns)}"
-    fields = latest.fields
-    room = max(1, height - 1)
-    begin = max(0, min(field - room // 2, len(fields) - room))
-    breadth = max((len(one.quantity.label) for one in fields), default=0)
-    rows = [
-        _field(one, breadth, width, points=number == field, plotted=one.name in plotted)
-        for number, one in enumerate(fields[begin : begin + room], begin)
-    ]
-    return [
-        fit(Text.assemble((latest.item.name, HEAD), (said, DIM)), width),
-        *(rows or [fit(Text("it has no fields", DIM), width)]),
-    ]
-
-
-def _field(field: Field, breadth: int, width: int, *, points: bool, plotted: bool) -> Text:
-    mark = "●" if plotted else "○" if field.numbers else " "
-    text = Text.assemble(
-        ("▸" if points else " ", HEAD),
-        (f"{mark} ", "green" if plotted else DIM),
-        (f"{field.quantity.label:<{breadth}}  ", HEAD),
-        f"{field.text} ",
-        (field.quantity.unit, DIM),
-    )
-    text.pad_right(_NAME_AT + breadth - text.cell_len)
-    text.append(f" {field.name}", DIM)
     text = fit(text, width)
     return Text(f"{text.plain:<{width}}", LIT) if points else text

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from hilbench.tui.model.signals import Signal, SignalsModel
 from hilbench.tui.views.canvas import Canvas
-from hilbench.tui.views.words import DIM, HEAD, fit
+from hilbench.tui.views.words import DIM, HEAD, fit, tail
 
 __all__ = ["SPANS_S", "figure", "plots_view"]
 
@@ -18,6 +18,8 @@ _LEAST_SPAN_S = 2
 SPANS_S = (_LEAST_SPAN_S, 5, 10, 20, 60, 120, 300)
 NS_PER_S = 1_000_000_000
 _LEAST_ROWS = 3
+_LEAST_NAME = 12
+"""Cells that the name of a signal keeps in little room (choice)."""
 _GUTTER = 9
 _COLOURS = ("cyan", "green", "yellow", "magenta")
 _APART_NS = 1_500_000_000
@@ -65,14 +67,14 @@ def _lane(name: str, signal: Signal, width: int, rows: int, now_ns: int, span_s:
     parts = signal.since(begin_ns)
     inside = [[value for ns, value in points if begin_ns <= ns <= now_ns] for points in parts]
     styles = [_COLOURS[(number + part) % len(_COLOURS)] for part in range(len(parts))]
-    head = Text.assemble((f"{name} ", HEAD))
+    said = Text()
     shown = [value for values in inside for value in values]
     if not shown:
-        head.append("nothing in this time", DIM)
-        return [fit(head, width), *(Text("") for _ in range(rows - 1))]
+        said.append("nothing in this time", DIM)
+        return [_head(name, said, width), *(Text("") for _ in range(rows - 1))]
     for values, style in zip(inside, styles, strict=True):
-        head.append(f"{figure(values[-1]) if values else '-'} ", f"bold {style}")
-    head.append(f"{signal.unit}   {figure(min(shown))} to {figure(max(shown))}", DIM)
+        said.append(f"{figure(values[-1]) if values else '-'} ", f"bold {style}")
+    said.append(f"{signal.unit}   {figure(min(shown))} to {figure(max(shown))}", DIM)
     scale = bottom, top = _scale(min(shown), max(shown), signal.unit, filled=len(parts) == 1)
     canvas = Canvas(max(1, width - _GUTTER), rows - 1)
     for points, style in zip(parts, styles, strict=True):
@@ -86,7 +88,13 @@ def _lane(name: str, signal: Signal, width: int, rows: int, now_ns: int, span_s:
         Text.assemble((f"{labels.get(row, ''):>{_GUTTER - 2}} ", DIM), ("┤" if row in labels else "│", DIM), line)
         for row, line in enumerate(canvas.lines())
     ]
-    return [fit(line, width) for line in (head, *drawn)]
+    return [_head(name, said, width), *(fit(line, width) for line in drawn)]
+
+
+def _head(name: str, said: Text, width: int) -> Text:
+    """Return the name of a signal and what is said of it; a name that is too long gives way."""
+    room = max(_LEAST_NAME, width - said.cell_len - 1)
+    return fit(Text.assemble((f"{tail(name, room)} ", HEAD), said), width)
 
 
 def _pieces(

@@ -6,7 +6,20 @@ from rich.text import Text
 
 from hilbench.plugins.dashboard import BAD, DIM, GOOD, HEAD
 
-__all__ = ["BAD", "DIM", "GOOD", "HEAD", "LIT", "bar", "bytes_words", "fit", "ns_words", "rate_words", "seconds"]
+__all__ = [
+    "BAD",
+    "DIM",
+    "GOOD",
+    "HEAD",
+    "LIT",
+    "bar",
+    "bytes_words",
+    "fit",
+    "ns_words",
+    "rate_words",
+    "seconds",
+    "tail",
+]
 
 NS_PER_S = 1_000_000_000
 
@@ -58,6 +71,11 @@ def bar(share: float, width: int) -> str:
     full, rest = divmod(eighths, 8)
     partly = " ▏▎▍▌▋▊▉"[rest] if rest else ""
     return ("█" * full + partly).ljust(width, "·")
+
+
+def tail(name: str, width: int) -> str:
+    """Return a name in so many cells, at least one: its end says most, as that of a path does."""
+    return name if len(name) <= width else f"…{name[len(name) - max(0, width - 1) :]}"
 
 
 def fit(text: Text | str, width: int) -> Text:

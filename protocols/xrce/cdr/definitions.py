@@ -1,4 +1,4 @@
-"""What a `.msg` or `.srv` file says: fields and constants of messages, as ROS 2 reads them.
+"""What a `.msg`, `.srv` or `.action` file says: fields and constants of messages, as ROS 2 reads them.
 
     # a comment
     uint8 NONE=0                  a constant
@@ -21,14 +21,17 @@ from protocols.xrce.errors import LocalProtocolError
 
 __all__ = [
     "PRIMITIVES",
+    "ActionDefinition",
     "Constant",
     "Field",
     "FieldType",
     "MessageDefinition",
     "ServiceDefinition",
     "Value",
+    "parse_action",
     "parse_message",
     "parse_service",
+    "text_of_fields",
 ]
 
 Value = bool | int | float | str
@@ -70,6 +73,7 @@ _MOST = (1 << 32) - 1
 _SAID = re.compile(r"""(?:"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|[^#])*""")  # what stands before a comment
 _TRUTH = MappingProxyType({"true": True, "1": True, "false": False, "0": False})
 _SEPARATOR = "---"
+_UUID, _TIME = "unique_identifier_msgs/msg/UUID", "builtin_interfaces/msg/Time"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,6 +137,36 @@ class ServiceDefinition:
     response: MessageDefinition
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ActionDefinition:
+    """An action: what its file says, and what ROS 2 makes of it (ros2/rosidl, rosidl_parser/definition.py, Action).
+
+    Attributes:
+        name: full, as ``demo/action/Count``.
+        goal: what is asked for, ``demo/action/Count_Goal``.
+        result: what comes of it, ``..._Result``.
+        feedback: what is said on the way, ``..._Feedback``.
+        send_goal: the service ``..._SendGoal``: a goal with its id; whether it is accepted, and when.
+        get_result: the service ``..._GetResult``: a goal's id; how it has ended, and the result.
+        feedback_message: the message ``..._FeedbackMessage``: feedback with the goal's id.
+    """
+
+    name: str
+    goal: MessageDefinition
+    result: MessageDefinition
+    feedback: MessageDefinition
+    send_goal: ServiceDefinition
+    get_result: ServiceDefinition
+    feedback_message: MessageDefinition
+
+    @property
+    def messages(self) -> tuple[MessageDefinition, ...]:
+        """All of them."""
+        services = self.send_goal, self.get_result
+        halves = [half for one in services for half in (one.request, one.response)]
+        return (self.goal, self.result, self.feedback, *halves, self.feedback_message)
+
+
 def parse_message(name: str, text: str) -> MessageDefinition:
     """What a `.msg` file says.
 
@@ -158,16 +192,72 @@ def parse_service(name: str, text: str) -> ServiceDefinition:
         LocalProtocolError: see `parse_message`; or there is not one line of three dashes.
     """
     full = _full_name(name, "srv")
+    request, response = _parse_parts(full, text, ("Request", "Response"), "a service has one line")
+    return ServiceDefinition(name=full, request=request, response=response)
+
+
+def parse_action(name: str, text: str) -> ActionDefinition:
+    """What an `.action` file says.
+
+    Args:
+        name: of the action, as ``package/action/Name`` or ``package/Name``.
+        text: of the file.
+
+    Raises:
+        LocalProtocolError: see `parse_message`; or there are not two lines of three dashes.
+    """
+    full = _full_name(name, "action")
+    goal, result, feedback = _parse_parts(full, text, ("Goal", "Result", "Feedback"), "an action has two lines")
+    goal_id = _field("goal_id", _UUID)
+    accepted = _field("accepted", "bool"), _field("stamp", _TIME)
+    ended = _field("status", "int8"), _field("result", result.name)
+    return ActionDefinition(
+        name=full,
+        goal=goal,
+        result=result,
+        feedback=feedback,
+        send_goal=_service(f"{full}_SendGoal", (goal_id, _field("goal", goal.name)), accepted),
+        get_result=_service(f"{full}_GetResult", (goal_id,), ended),
+        feedback_message=MessageDefinition(
+            name=f"{full}_FeedbackMessage", fields=(goal_id, _field("feedback", feedback.name))
+        ),
+    )
+
+
+def text_of_fields(definition: MessageDefinition) -> str:
+    """What would stand in a `.msg` file with the fields of a message, without defaults and constants."""
+    return "\n".join(f"{_type_text(field.type)} {field.name}" for field in definition.fields)
+
+
+def _type_text(kind: FieldType) -> str:
+    bound = "" if kind.string_bound is None else f"<={kind.string_bound}"
+    size = "" if kind.size is None else f"{'<=' * kind.is_bounded}{kind.size}"
+    return f"{kind.base}{bound}{f'[{size}]' * kind.is_array}"
+
+
+def _field(name: str, base: str) -> Field:
+    return Field(name=name, type=FieldType(base=base))
+
+
+def _service(name: str, request: tuple[Field, ...], response: tuple[Field, ...]) -> ServiceDefinition:
+    return ServiceDefinition(
+        name=name,
+        request=MessageDefinition(name=f"{name}_Request", fields=request),
+        response=MessageDefinition(name=f"{name}_Response", fields=response),
+    )
+
+
+def _parse_parts(full: str, text: str, parts: tuple[str, ...], wanted: str) -> list[MessageDefinition]:
+    """The messages between the lines of three dashes; `wanted` says how many of these there are, in words."""
     lines = text.removeprefix("\ufeff").splitlines()
     borders = [at for at, line in enumerate(lines) if line.strip() == _SEPARATOR]
-    if len(borders) != 1:
-        raise LocalProtocolError(f"{full}: a service has one line {_SEPARATOR}, not {len(borders)}")
-    (border,) = borders
-    return ServiceDefinition(
-        name=full,
-        request=_parse(f"{full}_Request", lines[:border], 1),
-        response=_parse(f"{full}_Response", lines[border + 1 :], border + 2),
-    )
+    if len(borders) != len(parts) - 1:
+        raise LocalProtocolError(f"{full}: {wanted} {_SEPARATOR}, not {len(borders)}")
+    begins, ends = [0, *(at + 1 for at in borders)], [*borders, len(lines)]
+    return [
+        _parse(f"{full}_{part}", lines[begin:end], begin + 1)
+        for part, begin, end in zip(parts, begins, ends, strict=True)
+    ]
 
 
 def _full_name(name: str, kind: str) -> str:

@@ -1,18 +1,19 @@
-"""Messages of ROS 2 that are known without their `.msg` files, and the text of a message with all that is in it.
+"""Messages and services of ROS 2 that are known without their files, and the text of a message with all that is in it.
 
-Field by field as in ros2/common_interfaces, ros2/rcl_interfaces, ros2/geometry2 and autoware_auto_msgs, without their
-constants and comments: those do not change what stands in the data.
+Field by field as in ros2/common_interfaces, ros2/rcl_interfaces, ros2/unique_identifier_msgs, ros2/geometry2 and
+autoware_auto_msgs, without their constants and comments: those do not change what stands in the data.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from protocols.xrce.cdr.definitions import MessageDefinition, parse_message
 from protocols.xrce.errors import LocalProtocolError
 
-__all__ = ["INTERFACES", "definition_of", "full_text"]
+__all__ = ["INTERFACES", "SERVICES", "definition_of", "full_text"]
 
 _LINE = "=" * 80
 """What stands between the messages of a full text (mcap.dev/spec/registry, ros2msg)."""
@@ -104,7 +105,13 @@ _CONTROL = {
     "AckermannLateralCommand": f"{_STAMP}float32 steering_tire_angle, float32 steering_tire_rotation_rate",
     "LongitudinalCommand": f"{_STAMP}float32 speed, float32 acceleration, float32 jerk",
 }
+_ACTION = {
+    "GoalInfo": f"unique_identifier_msgs/UUID goal_id, {_STAMP[:-2]}",
+    "GoalStatus": "GoalInfo goal_info, int8 status",
+    "GoalStatusArray": "GoalStatus[] status_list",
+}
 _PACKAGES = {
+    "action_msgs": _ACTION,
     "autoware_auto_control_msgs": _CONTROL,
     "autoware_auto_vehicle_msgs": _VEHICLE,
     "builtin_interfaces": dict.fromkeys(("Duration", "Time"), "int32 sec, uint32 nanosec"),
@@ -118,6 +125,7 @@ _PACKAGES = {
     "sensor_msgs": _SENSOR,
     "std_msgs": _STD,
     "tf2_msgs": {"TFMessage": "geometry_msgs/TransformStamped[] transforms"},
+    "unique_identifier_msgs": {"UUID": "uint8[16] uuid"},
 }
 
 INTERFACES: Mapping[str, str] = MappingProxyType(
@@ -128,6 +136,17 @@ INTERFACES: Mapping[str, str] = MappingProxyType(
     }
 )
 """What would stand in the `.msg` file of a message, by its full name."""
+
+SERVICES: Mapping[str, str] = MappingProxyType(
+    {
+        "action_msgs/srv/CancelGoal": "GoalInfo goal_info\n---\nint8 return_code\nGoalInfo[] goals_canceling",
+        "autoware_auto_vehicle_msgs/srv/ControlModeCommand": f"{_STAMP[:-2]}\nuint8 mode\n---\nbool success",
+        "std_srvs/srv/Empty": "---",
+        "std_srvs/srv/SetBool": "bool data\n---\nbool success\nstring message",
+        "std_srvs/srv/Trigger": "---\nbool success\nstring message",
+    }
+)
+"""What would stand in the `.srv` file of a service, by its full name."""
 
 
 def definition_of(name: str) -> MessageDefinition:
@@ -163,5 +182,11 @@ def full_text(name: str, text_of: Callable[[str], str | None]) -> str:
         texts[one] = text
         fields = parse_message(one, text).fields
         wanted += [field.type.base for field in fields if field.type.is_message]
-    first, *others = texts.items()
-    return "\n".join((first[1], *(f"{_LINE}\nMSG: {one.replace('/msg/', '/')}\n{text}" for one, text in others)))
+    first, *others = ((one, _short(text)) for one, text in texts.items())
+    names = {one: _short(one).replace("/msg/", "/") for one, _ in others}
+    return "\n".join((first[1], *(f"{_LINE}\nMSG: {names[one]}\n{text}" for one, text in others)))
+
+
+def _short(text: str) -> str:
+    """What an action brings is called by its package and name in recordings, as other messages are."""
+    return re.sub(r"\b(\w+)/action/(?=\w)", r"\1/", text)

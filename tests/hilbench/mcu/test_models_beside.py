@@ -33,6 +33,12 @@ def test_an_agent_answers_the_board_at_each_of_its_lines(emulate):
     assert other.hex() == OPEN.answer
 
 
+def test_the_agent_has_tables_of_who_is_there(emulate):
+    emulated = emulate(client(bytearray(), PING.said, OPEN.said), more=AGENT + LINK.format("line3", "brain"))
+    emulated.bench.run_for(0.1)
+    assert [*emulated.bench.tables["agent"]()["clients"].rows] == ["line3"]
+
+
 def test_what_the_agent_reports_is_in_the_journal(emulate, tmp_path):
     more = AGENT + LINK.format("line1", "brain")
     file = tmp_path / "run.jsonl"
@@ -60,6 +66,30 @@ def test_the_device_of_a_protocol_answers(emulate):
     more = '[targets.agent]\nmodel = "xrce"\n' + LINK.format("host", "brain")
     emulate(client(heard, PING.said), more=more).bench.run_for(0.1)
     assert heard.hex() == PING.answer
+
+
+def test_a_line_of_a_model_that_leads_to_the_checker_is_open(emulate):
+    """Also where none of its lines leads to a board; one that leads nowhere is not."""
+    more = AGENT + '[[links]]\nends = ["peer.pc", "agent.line2"]\n'
+    emulated = emulate(client(bytearray()), more=more)
+    ((name, link),) = emulated.surroundings.open_lines.items()
+    heard = bytearray()
+    link.a.on_receive = lambda data, _at_ns: heard.extend(data)
+    link.a.write(bytes.fromhex(PING.said))
+    emulated.bench.run_for(0.1)
+    assert (name, heard.hex()) == ("agent.line2", PING.answer)
+
+
+def test_the_line_of_the_device_of_a_protocol_is_open(emulate):
+    more = '[targets.agent]\nmodel = "xrce"\n[[links]]\nends = ["peer.pc", "agent.host"]\n'
+    emulated = emulate(client(bytearray()), more=more)
+    assert [*emulated.surroundings.open_lines] == ["agent.host"]
+
+
+def test_a_line_of_what_only_the_checker_is_is_refused(emulate):
+    more = '[targets.car]\nmodel = "car-host"\n[[links]]\nends = ["peer.pc", "car.board"]\n'
+    with pytest.raises(UsageError, match="is what the checker is"):
+        emulate(client(bytearray()), more=more)
 
 
 def test_what_only_the_checker_is_is_refused(emulate):

@@ -137,6 +137,35 @@ def test_a_message_has_its_definition_with_all_that_is_in_it():
     assert read.decode("geometry_msgs/msg/Vector3Stamped", data, little_endian=little_endian) == said
 
 
+def test_of_an_action_feedback_and_status_are_topics(tmp_path):
+    """As of a recording of ROS 2; its services are none."""
+    folder = tmp_path / "demo" / "action"
+    folder.mkdir(parents=True)
+    (folder / "Walk.action").write_text("int8 way\n---\nint8 gone\n---\nfloat32 gone_m")
+    star = Recorded("a", "b")
+    feedback, status = "demo::action::dds_::Walk_FeedbackMessage_", "action_msgs::msg::dds_::GoalStatusArray_"
+    star.create_all("a", topic="rt/walk/_action/feedback", type_name=feedback)
+    star.create_all("b", topic="rt/walk/_action/status", type_name=status)
+    star.write("a", bytes(16) + struct.pack("<f", 1.5))
+    star.write("b", bytes(4))
+    star.run(SECOND)
+    found, unknown = topics_in(star.recording, [tmp_path])
+    assert {of: len(samples) for of, samples in found.items()} == {
+        ("/walk/_action/feedback", "demo/action/Walk_FeedbackMessage"): 1,
+        ("/walk/_action/status", "action_msgs/msg/GoalStatusArray"): 1,
+    }
+    assert unknown == []
+    assert topics_in(star.recording)[1] == ["demo/action/Walk_FeedbackMessage"]
+
+
+def test_types_that_ros_names_otherwise_are_passed_over():
+    star = Recorded("a")
+    star.create_all("a", type_name="String")
+    star.write("a", b"\1")
+    star.run(SECOND)
+    assert topics_in(star.recording) == ({}, [])
+
+
 def _frames(recording):
     from hilbench.recordings.frames import framed
     from hilbench.recordings.layout import laid_out
@@ -250,6 +279,23 @@ def test_rosbags_reads_a_message_without_fields(tmp_path):
     assert (schema.encoding, schema.data) == ("ros2msg", b"")
     with highlevel.AnyReader([path]) as reader:
         assert [one.msgtype for one, _, _ in reader.messages()] == ["std_msgs/msg/Empty"]
+
+
+def test_rosbags_reads_the_feedback_of_an_action(tmp_path):
+    highlevel = pytest.importorskip("rosbags.highlevel")
+    folder = tmp_path / "demo" / "action"
+    folder.mkdir(parents=True)
+    (folder / "Walk.action").write_text("int8 way\n---\nint8 gone\n---\nfloat32 gone_m")
+    star = Recorded("a")
+    star.create_all("a", topic="rt/walk/_action/feedback", type_name="demo::action::dds_::Walk_FeedbackMessage_")
+    star.write("a", bytes(16) + struct.pack("<f", 1.5))
+    star.run(SECOND)
+    path = Path(tmp_path / "it.mcap")
+    with path.open("wb") as file:
+        write_ros2(star.recording, file, XRCE.samples(_frames(star.recording), [tmp_path])[0])
+    with highlevel.AnyReader([path]) as reader:
+        (read,) = [reader.deserialize(data, one.msgtype).feedback for one, _, data in reader.messages()]
+    assert read.gone_m == 1.5
 
 
 def test_rosbags_reads_the_file(tmp_path):

@@ -16,7 +16,7 @@ from tests.share import matrix
 SIZES = {"80x24": (80, 24), "200x60": (200, 60)}
 
 
-@pytest.mark.parametrize(("bench", "size"), matrix(["pioneer", "rover", "vehicle"], [*SIZES]))
+@pytest.mark.parametrize(("bench", "size"), matrix(["pioneer", "rover", "vehicle", "agent"], [*SIZES]))
 def test_the_whole_screen_looks_as_it_did(process_of, expect, bench, size, on_screen, rows):
     async def scenario(app, pilot):
         expect(f"screen-{bench}-{size}", rows(app))

@@ -24,7 +24,7 @@ def _snippets():
 
 
 def test_the_agent_in_the_docs_answers_a_ping():
-    _, text = _snippets()
+    _, text, _ = _snippets()
     client = xrce.Session(xrce.Role.CLIENT, xrce.ClientOptions(client_key=b"\1\2\3\4"))
     written = []
 
@@ -37,9 +37,20 @@ def test_the_agent_in_the_docs_answers_a_ping():
     assert written == [xrce.Pong(in_session=False)]
 
 
+def test_the_server_of_an_action_in_the_docs_says_what_it_says():
+    *_, text = _snippets()
+    agent = xrce.AgentService(("board",))
+    names = {"Library": cdr.Library, "came": b"", "now_ns": lambda: 0, "agent": agent}
+    exec(
+        text, {**names, "ActionServer": xrce.ActionServer, "GoalState": xrce.GoalState}
+    )  # the documentation's own code
+    parts = {xrce.ros_name(name).part for _, name in agent.space.topics}
+    assert parts == {*xrce.ACTION_PARTS}
+
+
 def test_the_client_in_the_docs_finds_an_agent_and_says_how_fast_it_is():
     """The snippet is a loop for ever; here its names are filled in so that it ends when it has spoken."""
-    text, _ = _snippets()
+    text, _, _ = _snippets()
     agent, events = xrce.Session(xrce.Role.AGENT), []
 
     class ExampleOver(Exception):  # noqa: N818 - not an error

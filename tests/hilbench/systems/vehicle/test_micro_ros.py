@@ -231,6 +231,17 @@ def test_a_ping_is_seen_and_answered_while_it_is_online(peer, line):
         assert board.session.counters.frames_in == answered
 
 
+def test_its_tables_show_the_board_and_the_stack_beside_it(peer, board, line):
+    peer.end.tables.look()
+    peer.set_clock(5 * SECOND)
+    line[0].run_for(0.1)
+    tables = peer.end.tables.look()
+    assert [*tables["clients"].rows] == ["board"]
+    assert tables["topics"].rows["/clock"].last == {"clock": "5.000000000 s"}
+    (service,) = tables["services"].rows.values()
+    assert service.cells == ("1", "1", "autoware_auto_vehicle_msgs/srv/ControlModeCommand")
+
+
 def test_an_agent_that_was_killed_knows_nothing(peer, board, line):
     peer.online = False
     board.say(ControlModeReport(mode=1))

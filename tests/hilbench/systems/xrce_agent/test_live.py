@@ -53,6 +53,7 @@ def test_our_agent_at_a_port_takes_the_board_that_is_there(monkeypatch):
     assert rig.machines["agent"].state is xrce.AgentState.OPEN
     assert rig.machines["agent"].counters.frames_in > 25
     assert board.observed.counters.frames_in > 25
+    assert [*bench.tables["agent"]()["topics"].rows] == ["/speed"]
     rig.close()
 
 
@@ -62,3 +63,36 @@ def test_a_board_whose_agent_is_not_there_asks_again_and_again():
         sent += [second] * bool(board.advance(second * SECOND))
     assert len(sent) > 30
     assert {type(event) for event in board.take_events()} == {xrce.StateChanged, xrce.SessionClosed}
+
+
+def test_the_tables_of_an_agent_are_at_its_bench(tmp_path):
+    """With a type of one's own, which stands in a folder beside the bench file."""
+    share = tmp_path / "share" / "std_msgs" / "msg"
+    share.mkdir(parents=True)
+    (share / "Float32.msg").write_text("float32 speed_m_s")
+    file = tmp_path / "my.toml"
+    file.write_text('version = 1\n[targets.agent]\nmodel = "xrce-agent"\nsettings = { types = ["share"] }\n')
+    bench = Bench(Scheduler(), Journal())
+    rig = XRCE_AGENT.rig(bench, open_bench(str(file)), seed=0)
+    bench.tables["device"]()
+    bench.run_for(3.0)
+    tables = bench.tables["device"]()
+    assert {name: [*table.rows] for name, table in tables.items()} == {
+        "clients": ["host"],
+        "topics": ["/speed"],
+        "services": [],
+        "actions": [],
+    }
+    row = tables["topics"].rows["/speed"]
+    assert [*row.last] == ["speed_m_s"]
+    assert 15 <= row.count <= 30
+    assert tables["clients"].rows["host"].count == row.count
+    rig.close()
+
+
+def test_an_agent_at_the_side_of_a_client_has_tables_too():
+    bench = Bench(Scheduler(), Journal())
+    rig = XRCE_AGENT.rig(bench, open_bench("xrce-client"), seed=0)
+    bench.run_for(1.0)
+    assert [*bench.tables["client"]()["topics"].rows] == ["/speed"]
+    rig.close()

@@ -8,9 +8,11 @@ import select
 import signal
 import socket
 import struct
+from pathlib import Path
 
 import pytest
 
+import targets.firmware
 from hilbench.journal import Journal
 from tests.hilbench.forked import PATIENCE_S
 
@@ -192,6 +194,49 @@ def test_a_board_at_a_pty_and_a_program_at_a_socket_hear_each_other(serve):
     assert board.hear(5) == struct.pack(">HH", 2, 0xFFFE) + b"\0\0"
     for client in (board, program):
         client.line.close()
+
+
+BESIDE = """
+version = 1
+[targets.brain]
+board = "bluepill"
+firmware = "{}"
+[targets.agent]
+model = "xrce-agent"
+[[links]]
+ends = ["agent.line1", "brain.usart2"]
+[[links]]
+ends = ["peer.pc", "agent.line2"]
+"""
+
+
+@SERVED
+def test_a_program_has_a_line_of_an_agent_that_stands_beside_boards(forkable, tmp_path):
+    image = Path(targets.firmware.__file__).parent / "images" / "echo-irq.elf"
+    (tmp_path / "b.toml").write_text(BESIDE.format(image))
+    words = ("--tcp", "line2=0", "--journal", str(tmp_path / "j"))
+    with forkable.start("serve", str(tmp_path / "b.toml"), *words) as process:
+        said = process.hear("stop with")
+        assert "serving agent.line2 at tcp " in said
+        assert said.count("serving") == 1
+        port = int(re.search(r"tcp .*:(\d+),", said)[1])
+        for number in (1, 2):  # whoever leaves is gone, with all that he has created
+            program = Client(Lengths(port), b"\x01\x02\x03\x04")
+            program.connect()
+            assert program.create_all() == [0] * 6
+            unlimited = struct.pack("<HHHH", 0xFFFF, 0, 0, 0)
+            program.say(8, struct.pack(">HH", 0x0020, 0x0016) + b"\x80\0\0\1" + unlimited)
+            program.say(7, struct.pack(">HH", 0x0030, 0x0015) + b"\0\0\x80\x3f")
+            assert program.hear(9) == struct.pack(">HH", 0x0020, 0x0016) + b"\0\0\x80\x3f"
+            program.line.close()
+            process.hear("agent.line2: a client left", number)
+        process.send_signal(signal.SIGINT)
+        process.communicate()
+        assert process.returncode == 0
+    events = Journal.read(tmp_path / "j").events
+    assert {one["kind"] for one in events if one.get("line") == "line2"} >= {"rx", "tx"}
+    closed = [one for one in events if one.get("name") == "ClientEvent" and one["value"]["what"] == "SessionClosed"]
+    assert closed
 
 
 @SERVED
