@@ -10,9 +10,10 @@ a write reads, changes and writes the word or byte behind it.
 
 from __future__ import annotations
 
+import functools
 import struct
 from collections.abc import Callable, Sequence
-from typing import Protocol, runtime_checkable
+from typing import Protocol, cast, runtime_checkable
 
 from targets.mcu.engine.api import Access
 from targets.mcu.errors import BusFault
@@ -41,6 +42,12 @@ class TakesParts(Protocol):
 
     def write_part(self, offset: int, size: int, value: int) -> None:
         """Write 1 or 2 bytes at `offset`."""
+
+
+@functools.cache
+def _takes_parts(kind: type) -> bool:
+    """Say whether peripherals of a class tell parts of words; cached: of a protocol that is slow to find out."""
+    return issubclass(kind, TakesParts)
 
 
 class Bus:
@@ -79,8 +86,9 @@ class Bus:
             self._ahb.add(peripheral.name)
         pages = range(peripheral.base >> _PAGE_BITS, (peripheral.base + peripheral.size - 1 >> _PAGE_BITS) + 1)
         self._pages.update(dict.fromkeys(pages, peripheral))
-        if isinstance(peripheral, TakesParts):
-            self._part_takers.update(dict.fromkeys(pages, peripheral))
+        kind: type = type(peripheral)
+        if _takes_parts(kind):
+            self._part_takers.update(dict.fromkeys(pages, cast("TakesParts", peripheral)))
 
     def add_quiet(self, base: int, size: int) -> None:
         """Let addresses without a peripheral read zero there, as behind a bridge, instead of faulting."""

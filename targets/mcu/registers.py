@@ -7,6 +7,7 @@ defines ``read_NAME(self) -> int`` or ``write_NAME(self, value)``. A write metho
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol
@@ -78,6 +79,14 @@ class Values(Protocol):
     def __setitem__(self, offset: int, value: int, /) -> None: ...
 
 
+@functools.cache
+def _accessors(kind: type) -> tuple[frozenset[str], frozenset[str]]:
+    """Return which registers a class of peripherals reads, and writes, by a method of its own."""
+    names = dir(kind)
+    reads = frozenset(name.removeprefix("read_") for name in names if name.startswith("read_"))
+    return reads, frozenset(name.removeprefix("write_") for name in names if name.startswith("write_"))
+
+
 class Peripheral:
     """Registers at an address.
 
@@ -108,11 +117,13 @@ class Peripheral:
         self._readers: dict[int, Callable[[], int]] = {}
         self._writers: dict[int, Callable[[int], None]] = {}
         self._absent = {offset for offset, register in self.registers.items() if register.fidelity is Fidelity.ABSENT}
+        kind: type = type(self)
+        reads, writes = _accessors(kind)
         for offset, register in self.registers.items():
-            if reader := getattr(self, f"read_{register.name}", None):
-                self._readers[offset] = reader
-            if writer := getattr(self, f"write_{register.name}", None):
-                self._writers[offset] = writer
+            if register.name in reads:
+                self._readers[offset] = getattr(self, f"read_{register.name}")
+            if register.name in writes:
+                self._writers[offset] = getattr(self, f"write_{register.name}")
 
     def registers_of(self) -> Iterable[Register]:
         """Return the registers this instance has; those of the class unless it differs by instance."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bisect
+import functools
 import io
 import struct
 import zlib
@@ -14,6 +15,9 @@ from typing import Any, NamedTuple
 __all__ = ["NO_SYMBOLS", "LineRow", "Symbol", "Symbols", "damage"]
 
 _ALLOC = 1 << 1  # SHF_ALLOC: the section is in memory when the program runs
+
+_KEPT_IMAGES = 8
+"""Of how many images the line tables are kept (choice): a suite opens the same few for each of its cases."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,14 +128,13 @@ class _LineTables:
 
     def __init__(self, elf: bytes | None) -> None:
         self._elf = elf
-        self._rows: list[LineRow] = []
+        self._rows: Sequence[LineRow] = ()
         self.damaged = False
 
     @property
     def rows(self) -> Sequence[LineRow]:
         if self._elf is not None:
-            rows, self.damaged = _read_rows(self._elf)
-            self._rows = sorted(rows)
+            self._rows, self.damaged = _read_rows(self._elf)
             self._elf = None
         return self._rows
 
@@ -143,11 +146,13 @@ class _LineTables:
         return None
 
 
-def _read_rows(data: bytes) -> tuple[list[LineRow], bool]:
-    """Return what can be read, and whether something is damaged."""
+@functools.lru_cache(maxsize=_KEPT_IMAGES)
+def _read_rows(data: bytes) -> tuple[Sequence[LineRow], bool]:
+    """Return what can be read, in the order of addresses, and whether something is damaged."""
     from elftools.elf.elffile import ELFFile
 
     rows: list[LineRow] = []
+    damaged = False
     try:
         elf = ELFFile(io.BytesIO(data))
         if elf.has_dwarf_info():
@@ -159,9 +164,8 @@ def _read_rows(data: bytes) -> tuple[list[LineRow], bool]:
                     folder = _text(unit.get_top_DIE().attributes.get("DW_AT_comp_dir"))
                     rows.extend(row for row in _rows_of(program, folder) if any(row.start in one for one in loaded))
     except damage():
-        # Debug information is a convenience: what of it is damaged is left out.
-        return rows, True
-    return rows, False
+        damaged = True  # Debug information is a convenience: what of it is damaged is left out.
+    return tuple(sorted(rows)), damaged
 
 
 def _loaded(elf: Any) -> list[range]:

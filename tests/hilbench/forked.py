@@ -40,14 +40,24 @@ import elftools.elf.elffile, msgspec, numpy, serial
 import _pytest.config; _pytest.config.get_config()
 """
 COMMANDS = f"""{OF_OTHERS}
+import importlib, importlib.metadata, pkgutil
 import vcd
-import hilbench.check.bench_provider, hilbench.check.pytest_run, hilbench.check.runner, hilbench.cli.siblings
-import hilbench.commands.check, hilbench.commands.doctor, hilbench.commands.proxy, hilbench.commands.run
-import hilbench.commands.serve, hilbench.doctor.report, hilbench.doctor.software, hilbench.mcu.command_line
-import hilbench.serving.run, hilbench.serving.boards, hilbench.serving.proxy, hilbench.serving.serve
-import hilbench.udev.installing
-import protocols.carla.clauses, protocols.p2os.clauses, protocols.pkt.clauses
+import hilbench.__main__, hilbench.bench.physics, hilbench.check.bench_provider, hilbench.check.pytest_run
+import hilbench.check.runner, hilbench.cli.siblings, hilbench.commands.check, hilbench.commands.doctor
+import hilbench.commands.init, hilbench.commands.proxy, hilbench.commands.run, hilbench.commands.serve
+import hilbench.commands.validate, hilbench.doctor.report, hilbench.doctor.software, hilbench.driving.rig
+import hilbench.mcu.command_line, hilbench.mcu.under_test, hilbench.serving.run, hilbench.serving.boards
+import hilbench.serving.proxy, hilbench.serving.serve, hilbench.terminal.settings, hilbench.udev.installing
 import targets.mcu.machine, targets.mcu.stm32f1.chip, worlds.plane
+
+for group in ("hilbench.protocols", "hilbench.systems"):
+    for point in importlib.metadata.entry_points(group=group):
+        if point.value.startswith("hilbench."):
+            point.load()
+            package = importlib.import_module(point.module.rpartition(".")[0])
+            for module in pkgutil.iter_modules(package.__path__, package.__name__ + "."):
+                if module.name.endswith((".cases", ".peer", ".provider", ".robot")):
+                    importlib.import_module(module.name)
 """
 """What is imported beforehand: all that a command needs; or, where pytest is to import ours itself, that of others."""
 
