@@ -34,6 +34,8 @@ PERIPHERALS = {
     "dma_f1.c": ("dma or high-density", [f"{STM32}f1/dma"]),
     "dma_stream.c": ("(f767 and dma or dmamux) and holds", [f"{STM32}/dma", f"{STM32}h7"]),
     "requests.c": ("(f767 and (dma or spi) or dmamux) and holds", [f"{STM32}/dma", f"{STM32}f7/test_spi.py"]),
+    "adc_f1.c": ("adc and not (f767 or h753)", [f"{STM32}f1/adc"]),
+    "adc_dual.c": ("adc and not (f767 or h753)", [f"{STM32}f1/adc"]),
     "port.c": (
         "gpio or pins",
         [f"{STM32}f1/test_gpio.py", f"{STM32}/test_gpio_v2.py", f"{STM32}f1/test_gpio_latches.py"],
@@ -94,6 +96,14 @@ def _stream(name: str, section: str, old: str, new: str) -> Defect:
 
 def _port(name: str, section: str, old: str, new: str) -> Defect:
     return Defect(name, f"RM0008 {section}", "port.c", old, new)
+
+
+def _adc(name: str, section: str, old: str, new: str) -> Defect:
+    return Defect(name, f"RM0008 {section}", "adc_f1.c", old, new)
+
+
+def _dual(name: str, section: str, old: str, new: str) -> Defect:
+    return Defect(name, f"RM0008 {section}", "adc_dual.c", old, new)
 
 
 def _entry(name: str, section: str, old: str, new: str) -> Defect:
@@ -502,6 +512,88 @@ DEFECTS = (
         "requests.c",
         "hil_stream_asked(lines->controllers[n / STREAMS]",
         "hil_stream_asked(lines->controllers[0]",
+    ),
+    _adc("sampling always takes 1.5 clocks", "11.6", ">> 3 * channel & 7]", ">> 3 * channel & 0]"),
+    _adc("SMPR1 is not looked at", "11.12.4", "r[ADC_SMPR1] >> 3 * (channel - 10) & 7", "0"),
+    _adc("13 clocks of conversion", "11.6", "CONVERSION_HALVES = 25", "CONVERSION_HALVES = 26"),
+    _adc(
+        "the voltage counts at the beginning", "11.6", "    adc->ask(ADC_VOLTS, at);", "    adc->inputs.until[at] = 1;"
+    ),
+    _adc("a voltage is never forgotten", "11.6", "now(adc) >= adc->inputs.until[at]", "!adc->inputs.until[at]"),
+    _adc("the last code is not reached", "11.1", "steps >= CODES - 1 ? CODES - 1", "steps >= CODES - 1 ? CODES - 2"),
+    _adc("ADON starts whatever is changed with it", "11.12.3", "if (value == before)\n    regular", "regular"),
+    _adc("ADON once more starts nothing", "11.12.3", "if (value == before)\n    regular", "if (false)\n    regular"),
+    _adc(
+        "SWSTART starts without EXTTRIG too", "11.12.3", "value & ADC_EXTTRIG && (value >> EXTSEL", "(value >> EXTSEL"
+    ),
+    _adc("SWSTART starts beside another trigger", "11.12.3", "(value >> EXTSEL & 7) == BY_SOFTWARE", "true"),
+    _adc("the calibration never ends", "11.4", "values(adc)[ADC_CR2] &= ~(uint32_t)CAL;", ";"),
+    _adc("the calibration ends at once", "11.4", "CALIBRATION_CLOCKS = 83", "CALIBRATION_CLOCKS = 0"),
+    _adc("a calibration does not matter", "11.4", "hil_adc_is_on(adc) && !calibrates", "hil_adc_is_on(adc)"),
+    _adc("an injected group sets no EOC", "11.12.1", "|= JEOC | EOC", "|= JEOC"),
+    _adc("JEOC comes after each conversion", "11.12.1", "  if (over(&adc->injected))\n", ""),
+    _adc("EOC comes after each conversion", "11.12.1", "if (ended || cr1 & DISCEN)", "if (true)"),
+    _adc("DISCEN is not looked at", "11.3.10", "cr1 & DISCEN ? (cr1 >> DISCNUM & 7) + 1 : 0", "0"),
+    _adc("discontinuous begins anew", "11.3.10", "!steps || group->rank >= count", "true"),
+    _adc("JDISCEN is not looked at", "11.3.10", "cr1 & JDISCEN ? 1 : 0", "0"),
+    _adc("SCAN is not looked at", "11.3.8", "cr1 & SCAN ? (r[ADC_SQR1] >> 20 & 0xF) + 1 : 1", "1"),
+    _adc("all of the sequence in SQR3", "11.12.9", "r[ADC_SQR3 - rank / 6]", "r[ADC_SQR3]"),
+    _adc("injected the other way round", "11.12.12", "5 * (4 - all + rank)", "5 * rank"),
+    _adc("CONT is not looked at", "11.3.5", "cr2 & CONT &&", "false &&"),
+    _adc("JAUTO is not looked at", "11.3.9", "if (cr1 & JAUTO)", "if (false)"),
+    _adc(
+        "an injected group waits",
+        "11.3.9",
+        "if (adc->converting == &adc->regular)\n    break_off(adc);\n  proceed",
+        "proceed",
+    ),
+    _adc("left alignment is none", "11.5", "cr2 & ALIGN ? ALIGNED_LEFT : 0", "0"),
+    _adc("injected data without their offset", "11.5", "adc->sampled - r[ADC_JOFR1 + rank]", "adc->sampled"),
+    _adc("injected data aligned as regular ones", "11.5", "ALIGNED_LEFT - 1 : 0", "ALIGNED_LEFT : 0"),
+    _adc("no watchdog", "11.3.7", "    r[ADC_SR] |= AWD;", "    ;"),
+    _adc("the watchdog barks at its threshold", "11.3.7", "adc->sampled < r[ADC_LTR]", "adc->sampled <= r[ADC_LTR]"),
+    _adc("the watchdog of one watches all", "11.3.7", "cr1 & AWDSGL &&", "false &&"),
+    _adc("one watchdog for both groups", "11.3.7", "group == &adc->injected ? JAWDEN : AWDEN", "JAWDEN | AWDEN"),
+    _adc("another sequence does not begin anew", "11.3.3", "begin_anew(adc, &adc->regular);", ";"),
+    _adc("another injected sequence does not, either", "11.3.3", "begin_anew(adc, &adc->injected);", ";"),
+    _adc("no request to DMA", "11.8", "adc->unread = cr2 & DMA;", ""),
+    _adc("DR leaves the request", "11.8", "  adc->unread = false;\n  r[ADC_SR]", "  r[ADC_SR]"),
+    _adc("a request for what was there before", "11.8", "  if (!(value & DMA))\n    adc->unread = false;\n", ""),
+    _adc("DR leaves EOC", "11.12.1", "r[ADC_SR] &= ~(uint32_t)EOC;", ";"),
+    _adc("flags are cleared by ones", "11.12.1", "r[ADC_SR] &= value;", "r[ADC_SR] &= ~value;"),
+    _adc("off it goes on", "11.12.3", "    power_off(adc);\n  } else", "  } else"),
+    _adc("the interrupt never comes", "11.11", "adc->interrupts = irq;", "adc->interrupts = false;"),
+    _adc(
+        "one converter takes the other's interrupt back", "11.11", "    if (other->interrupts)\n      return;", "    ;"
+    ),
+    _adc("DUALMOD of a slave is kept", "11.12.2", "    value &= ~(0xFu << ADC_DUALMOD);", "    ;"),
+    _adc(
+        "another rate is for the next conversion",
+        "11.2",
+        "adc->due = now(adc) + (adc->halves",
+        "adc->due = adc->due + 0 * (adc->halves",
+    ),
+    _adc("ADC2 is not in the word of ADC1", "11.9", "values[ADC_DR] << 16", "values[ADC_DR] << 16 & 0"),
+    _adc("ADC2 is there without a dual mode", "11.9", "adc->slave && hil_adc_dual_mode(adc)", "adc->slave"),
+    _dual("the slave stays where it is", "11.9.2", "if (in(SIMULTANEOUS, master) &&", "if (false &&"),
+    _dual("injected, ADC1 alone", "11.9.1", "if (in(INJECTED_TOO, master) &&", "if (false &&"),
+    _dual("alternate triggers are all for ADC1", "11.9.5", "master->turn = !master->turn;", ";"),
+    _dual(
+        "alternate triggers do not stop the others",
+        "11.9.8",
+        "hil_adc_hold(other, true);",
+        "hil_adc_hold(other, false);",
+    ),
+    _dual("fast interleaved, ADC1 never comes", "11.9.3", "start_later(master, FAST_CLOCKS);", ";"),
+    _dual("fast interleaved, eight clocks", "11.9.3", "FAST_CLOCKS = 7", "FAST_CLOCKS = 8"),
+    _dual("slow interleaved, always the same", "11.9.4", "slave_next = !slave;", "slave_next = slave;"),
+    _dual("slow interleaved, for ever", "11.9.4", "!hil_adc_is_on(master->slave) || ", ""),
+    _dual("another mode leaves ADC1 on its way", "11.9", "  hil_event_off(master->queue, master->later);\n", ""),
+    _dual(
+        "the slave takes part without its triggers",
+        "11.9",
+        " && master->slave->block.registers.values[ADC_CR2] & enable",
+        "",
     ),
     _port(
         "BSRR: reset wins",

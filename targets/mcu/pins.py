@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from targets.mcu.nets import Net
     from targets.mcu.signals import PinInput, PinOutput
 
-__all__ = ["AnySource", "Bank", "Edge", "PadMode", "Pin", "Pins", "Source"]
+__all__ = ["NEVER", "AnySource", "Bank", "Edge", "PadMode", "Pin", "Pins", "Source"]
 
 PULL_OHMS = 40_000.0
 """Pull-up and pull-down in the chip: 30 to 50 kOhm, typically 40 (DS5319 section 5.3.14)."""
@@ -54,6 +54,11 @@ class PadMode(enum.Enum):
 
 
 _ALTERNATE = (PadMode.AF_PUSH_PULL, PadMode.AF_OPEN_DRAIN)
+_PASSIVE = (PadMode.ANALOG, PadMode.INPUT)
+NEVER = (1 << 64) - 1
+"""A cycle, or a time, that does not come."""
+_EARLY = 1 - 1e-9
+"""How long a ramp is taken to stay within a step, of what it does: nothing that is rounded makes it leave before."""
 
 
 class Source(NamedTuple):
@@ -97,6 +102,13 @@ class Ramp:
         if not span_volts or not 0 < (part := (volts - self._from_volts) / span_volts) < 1:
             return None
         return self._begin_ns + int(part * self._in_ns) + 1
+
+    def slope(self) -> tuple[float, int]:
+        """Return by how many volts in a ns it goes at present, and the bench time until which it does."""
+        end_ns = self._begin_ns + self._in_ns
+        if self._time.ns(self._time.now) >= end_ns:
+            return 0.0, NEVER
+        return (self._to_volts - self._from_volts) / self._in_ns, end_ns
 
 
 AnySource = Source | Ramp
@@ -171,6 +183,7 @@ class Pin:
         "_digital",
         "_edges",
         "_followed",
+        "_forgets",
         "_heard_by",
         "_latch",
         "_level",
@@ -231,6 +244,7 @@ class Pin:
         self._sent: Source | None = None
         self._level: bool | None = None
         self._reads_high = False
+        self._forgets: list[Callable[[], None]] = []
         self._edges: list[Edge] = []
         self._followed: list[Edge] = []
         self._passed = 0
@@ -249,6 +263,29 @@ class Pin:
         """The present voltage; None if the pin floats."""
         self.refresh()
         return self._divided()
+
+    def volts_for(self, step_volts: float, forget: Callable[[], None]) -> tuple[float | None, int]:
+        """Return the present voltage, and the cycle from which on it may be another in a way that matters.
+
+        Args:
+            step_volts: voltages between the same two multiples of this are as good as equal.
+            forget: called once if it may be another before that cycle. A change of the clock is for the caller to see.
+        """
+        volts = self.volts
+        now, ramps = self._pins.time.now, [one for one in self._sources.values() if isinstance(one, Ramp)]
+        if self._claim is not None or self._mode not in _PASSIVE or len(ramps) > 1:
+            return volts, now
+        if forget not in self._forgets:
+            self._forgets.append(forget)
+        if volts is None or not ramps:
+            return volts, NEVER
+        slope, end_ns = ramps[0].slope()
+        if not slope:
+            return volts, NEVER
+        slope *= self._share(ramps[0])
+        below = volts % step_volts
+        left_ns = int((step_volts - below if slope > 0 else below) / abs(slope) * _EARLY) - 2
+        return volts, max(self._pins.time.cycle_at_ns(min(self.now_ns() + left_ns, end_ns)), now)
 
     def drive(self, level: bool | None, *, ohms: float = DRIVER_OHMS) -> None:
         """Drive the pin from outside, or release it (None).
@@ -394,7 +431,7 @@ class Pin:
         if source != self._analog:
             self.refresh()
             self._analog = source
-            self.update()
+            self._voltage_changed()
 
     def claim(self, owner: str, *, pull: bool | None = None, analog: bool = False, carries: bool = False) -> None:
         """Take the pad from its port: the debug port or an oscillator has it, until `unclaim`.
@@ -440,7 +477,7 @@ class Pin:
         else:
             self._sources[key] = source
         self._leave_alone()
-        self.update()
+        self._voltage_changed()
 
     def put(self, key: Hashable, source: AnySource | None) -> None:
         """Put a source outside as `set_source` does, and have the other ends of the wires here see it."""
@@ -546,6 +583,13 @@ class Pin:
         self._digital = not self._claim.analog if self._claim else self._mode is not PadMode.ANALOG
         self.refresh()
         self.update_watch()
+        self._voltage_changed()
+
+    def _voltage_changed(self) -> None:
+        """Do as `update` does, and tell who knows the voltage of a pin that no driver of the chip's has."""
+        forgets, self._forgets = self._forgets, []
+        for forget in forgets:
+            forget()
         self.update()
 
     def _driven_by_chip(self) -> bool | None:
@@ -613,6 +657,12 @@ class Pin:
         if chip is not None:
             sources.append(chip)
         return sum(source.volts / source.ohms for source in sources) / sum(1 / source.ohms for source in sources)
+
+    def _share(self, source: AnySource) -> float:
+        """Return how far the pin goes with a source, of what that goes itself."""
+        chip = self._source_of_chip()
+        ohms = [one.ohms for one in self._sources.values()] + ([] if chip is None else [chip.ohms])
+        return 1 / source.ohms / sum(1 / one for one in ohms)
 
     def _level_of(self, volts: float) -> bool:
         if volts >= self._pins.vih_volts:

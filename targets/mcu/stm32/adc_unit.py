@@ -14,9 +14,8 @@ of the sampling time. Choices where the manual is silent, besides those of `adc_
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from fractions import Fraction
-from typing import ClassVar
 
 from targets.mcu.registers import Register
 from targets.mcu.stm32.adc_format import BITS, aligned, code, injected, outside
@@ -38,6 +37,10 @@ ADON, CONT = 1 << 0, 1 << 1
 DMA, DDS, EOCS, ALIGN = (1 << bit for bit in range(8, 12))
 JSWSTART, SWSTART = 1 << 22, 1 << 30
 _RISING, _FALLING = 1, 2
+_SAMPLING_HALVES = (6, 30, 56, 112, 168, 224, 288, 960)
+"""How many halves of a clock sampling takes, by the value of SMPx."""
+_STABILISATION_S = Fraction(3, 1_000_000)
+"""The longest time from ADON to the first conversion, t_STAB (DS11532, ADC characteristics)."""
 
 REGISTERS = (
     Register("SR", SR, 0, FLAGS),
@@ -66,24 +69,17 @@ class Unit:
         ends: what it is connected to.
 
     Attributes:
-        REGISTERS: what it has.
-        SAMPLING_HALVES: how many halves of a clock sampling takes, by the value of SMPx.
-        STABILISATION_S: the longest time from ADON to the first conversion, t_STAB (DS11532, ADC characteristics).
         values: of the registers, by offset.
         on_interrupt: called when `interrupt` has changed.
         clock_cycles: HCLK cycles of a clock of the converter; 0 while it stands still. Set it by `set_clock`.
     """
-
-    REGISTERS: ClassVar[tuple[Register, ...]] = REGISTERS
-    SAMPLING_HALVES: ClassVar[Sequence[int]] = (6, 30, 56, 112, 168, 224, 288, 960)
-    STABILISATION_S: ClassVar[Fraction] = Fraction(3, 1_000_000)
 
     def __init__(self, name: str, time: Timebase, ends: Ends) -> None:
         self.name = name
         self.on_interrupt: Callable[[], None] = lambda: None
         self._interrupts = False
         self.clock_cycles = 0
-        self.values = {register.offset: register.reset for register in self.REGISTERS}
+        self.values = {register.offset: register.reset for register in REGISTERS}
         self._time = time
         self._ends = ends
         self._note = ends.note
@@ -103,7 +99,7 @@ class Unit:
 
     def reset(self) -> None:
         """Go to the state after reset."""
-        self.values.update({register.offset: register.reset for register in self.REGISTERS})
+        self.values.update({register.offset: register.reset for register in REGISTERS})
         self._power_off()
         self._listen()
         self._update()
@@ -155,7 +151,7 @@ class Unit:
         if not value & ADON:
             self._power_off()
         elif not before & ADON:
-            self._switched_on()
+            self._on_since, self._stable = self._time.seconds(self._time.now), False
         if not value & DMA:
             self._dma_over = False
         self._listen()
@@ -166,9 +162,6 @@ class Unit:
                 self._start_regular()
         elif value & (SWSTART | JSWSTART):
             self._note("misuse", "CR2.SWSTART", "a start together with ADON, or without, has no effect")
-
-    def _switched_on(self) -> None:
-        self._on_since, self._stable = self._time.seconds(self._time.now), False
 
     def _power_off(self) -> None:
         self._time.cancel(self._event)
@@ -231,10 +224,9 @@ class Unit:
     def _check_start(self) -> None:
         if self._stable:
             return
-        self._stable = self._time.seconds(self._time.now) >= self._on_since + self.STABILISATION_S
+        self._stable = self._time.seconds(self._time.now) >= self._on_since + _STABILISATION_S
         if not self._stable:
-            within = f"{float(self.STABILISATION_S * 1_000_000):g} us"
-            text = f"a conversion was started within {within} of ADON: its result may be wrong"
+            text = "a conversion was started within 3 us of ADON: its result may be wrong"
             self._note("misuse", "CR2.ADON", text)
 
     def _sequence(self) -> list[int]:
@@ -255,7 +247,7 @@ class Unit:
         group = self._injected if self._injected.active else self._regular
         if group.active:
             self._converting = group
-            self._after(self.SAMPLING_HALVES[self._sampling(group.channel)], self._sample)
+            self._after(_SAMPLING_HALVES[self._sampling(group.channel)], self._sample)
 
     def _sampling(self, channel: int) -> int:
         if channel < 10:
@@ -276,10 +268,7 @@ class Unit:
         assert self._converting is not None
         bits = self._bits
         self._sampled = code(self._ends.volts(self._converting.channel), self._ends.reference_volts, bits)
-        self._after(self._conversion_halves(bits), self._converted)
-
-    def _conversion_halves(self, bits: int) -> int:
-        return 2 * bits
+        self._after(2 * bits, self._converted)
 
     def _converted(self) -> None:
         group = self._converting

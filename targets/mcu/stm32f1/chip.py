@@ -29,7 +29,7 @@ from targets.mcu.stm32.tim.value_line_kinds import VALUE_LINE_KINDS
 from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f1.absent import absent_peripherals
-from targets.mcu.stm32f1.adc import Adc, SharedIrq
+from targets.mcu.stm32f1.adc import Adc
 from targets.mcu.stm32f1.afio import FIXED, Afio
 from targets.mcu.stm32f1.bkp import Bkp
 from targets.mcu.stm32f1.clocks import ClockTree
@@ -240,15 +240,14 @@ class Stm32f103(BasicChip):
         ]
         self.usarts = {usart.name: usart for usart in usarts}
         self._timers = self._make_timers()
-        adc_irqs = {irq: SharedIrq(services.irq(irq)) for name, (_, irq) in ADCS.items() if name in there}
         noise = AdcNoise(board.adc_noise_lsb * pins.vdd_volts / ADC_STEPS, board.name)
-        self.adcs = {
-            name: Adc(name, base, services, pins=pins, irq=adc_irqs[irq], remapped=self.afio.trigger_moved, noise=noise)
-            for name, (base, irq) in ADCS.items()
-            if name in there
-        }
-        if "ADC2" in there:
-            self.adcs["ADC1"].join(self.adcs["ADC2"])
+        self.adcs: dict[str, Adc] = {}
+        for name, (base, irq) in ADCS.items():
+            if name in there:
+                master = self.adcs["ADC1"] if name == "ADC2" else None
+                moved = self.afio.trigger_moved
+                adc = Adc(name, base, services, pins=pins, irq=irq, master=master, remapped=moved, noise=noise)
+                self.adcs[name] = adc
         self.spis = {
             name: Spi(
                 name,

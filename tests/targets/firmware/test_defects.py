@@ -31,8 +31,6 @@ from targets.mcu.stm32.usart_base import UsartBase
 from targets.mcu.stm32.usart_clock import ClockPin
 from targets.mcu.stm32.wwdg import Wwdg
 from targets.mcu.stm32f1.adc import Adc
-from targets.mcu.stm32f1.adc_dual import Dual
-from targets.mcu.stm32f1.adc_unit import F1Unit
 from targets.mcu.stm32f1.bkp import Bkp
 from targets.mcu.stm32f1.chip import Stm32f103
 from targets.mcu.stm32f1.crc import Crc
@@ -73,35 +71,10 @@ DEFECTS = [
         "wanted",
     ),
     Defect("a break has a clock", "usart-clock", Usart, "_frame_begins", "if not self._kept.frame_is_break", "if True"),
-    # --- ADC
-    Defect("sampling always takes 1.5 clocks", "adc", F1Unit, "_sampling", "return self", "return 0 and self"),
-    Defect("13 clocks of conversion", "adc", F1Unit, "_conversion_halves", "bits + 1", "bits + 300"),
-    Defect("ADON starts whatever is changed with it", "adc", F1Unit, "_write_control", "value == before", "True"),
-    Defect("ADON once more starts nothing", "adc", F1Unit, "_write_control", "value == before", "False"),
-    Defect("SWSTART starts without EXTTRIG too", "adc", F1Unit, "_by_software", "enabled and", ""),
-    Defect("the calibration never ends", "adc", F1Unit, "_calibrated", "&= ~bit", "|= bit"),
-    Defect("the calibration ends at once", "adc", F1Unit, "_calibrate", "clocks *", "0 *"),
-    Defect("each edge triggers", "adc", F1Unit, "_regular_edge", "if level:", "if True:"),
-    Defect("injected triggers are not heard", "adc", F1Unit, "_edge", "if level:", "if False:"),
-    Defect("an injected group sets no EOC", "adc", F1Unit, "_keep_injected", "|= EOC", "|= 0"),
-    Defect(
-        "DISCEN is not looked at",
-        "adc",
-        F1Unit,
-        "_start_regular",
-        "super()",
-        "self.values.update({4: self.values[4] & ~0x800}); super()",
-    ),
-    Defect("CONT is not looked at", "adc", F1Unit, "_sequence_over", "cr2 & CONT", "False"),
-    Defect("JAUTO is not looked at", "adc", F1Unit, "_sequence_over", "cr1 & JAUTO", "False"),
-    Defect("left alignment is none", "adc", F1Unit, "_keep_regular", "left=bool(cr2 & ALIGN)", "left=False"),
-    Defect("ADC2 is not in the word of ADC1", "adc", Dual, "second_half", "if self.mode else 0", "& 0"),
-    Defect("the slave stays where it is", "adc", Dual, "_regular", "mode in _SIMULTANEOUS and", "False and"),
-    Defect("injected, ADC1 alone", "adc", Dual, "_injected", "mode in _INJECTED_TOO and", "False and"),
-    Defect("alternate triggers are all for ADC1", "adc", Dual, "_alternate", "self._turn = not self._turn", "pass"),
-    Defect("fast interleaved, ADC1 never comes", "adc", Dual, "_regular", "self._master.start_regular", "lambda: None"),
-    Defect("the interrupt never comes", "adc", Adc, "_drive_irq", "self.unit.interrupt", "False"),
-    Defect("the sensor is cold", "adc", Adc, "_volts_at", "self.internal.volts(channel)", "0.0"),
+    # --- ADC; conversions are in C, and their defects in measure/core_defects.py
+    Defect("each edge triggers", "adc", Adc, "_edge", "if level:", "if True:"),
+    Defect("injected triggers are not heard", "adc", Adc, "_edge", "if level:", "if level and not injected:"),
+    Defect("the sensor is cold", "adc", Adc, "_volts_at", "self.internal.volts(channel), 0", "0.0, 0"),
     # --- I2C
     Defect("SB stays", "i2c", I2c, "_write_address", "self[SR1] &= ~SB", "pass"),
     Defect("SB does not wait", "i2c", I2c, "_started", "self._saw = 0", "self._saw = 0; self._wire.stop()"),

@@ -28,7 +28,7 @@ DEFECTS = [
     Defect("START without PE", "i2c", I2c, "write_CR2", "value &= ~ONLY_SET", "pass"),
     Defect("STOPIE is not looked at", "i2c", I2c, "_update", "isr & cr1 & SAME_BIT", "isr & SAME_BIT"),
     # --- ADC
-    Defect("no sampling time", "adc", Unit, "_proceed", "self.SAMPLING_HALVES[self._sampling(group.channel)]", "6"),
+    Defect("no sampling time", "adc", Unit, "_proceed", "_SAMPLING_HALVES[self._sampling(group.channel)]", "6"),
     Defect("always twelve bits", "adc", Unit, "_bits", "BITS[self.values[CR1] >> 24 & 3]", "12"),
     Defect("DR leaves EOC", "adc", Unit, "read", "self.values[SR] &= ~EOC", "pass"),
     Defect("no watchdog", "adc", Unit, "_watch", "self.values[SR] |= AWD", "pass"),

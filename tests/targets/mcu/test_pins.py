@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from targets.mcu.errors import BoardError
 from targets.mcu.nets import Nets
-from targets.mcu.pins import PadMode, Pins
+from targets.mcu.pins import NEVER, PadMode, Pins, Source
 from targets.mcu.services import Wave
 from targets.mcu.signals import Signals
 from targets.mcu.testing import FakeChip
@@ -434,3 +434,68 @@ def test_lazy_edges_are_those_of_a_pin_that_is_always_watched(steps):
     assert followed == expected_followed
     assert heard == live
     assert square.events == len(live)
+
+
+class TestKnownVolts:
+    """Whoever asks for a voltage learns for how long it stays as good as that."""
+
+    STEP_VOLTS = 3.3 / 8192
+
+    def known(self, pin):
+        """Return the voltage, the cycle until which it counts, and the list of those who were told to forget it."""
+        forgotten = []
+        return *pin.volts_for(self.STEP_VOLTS, lambda: forgotten.append(pin.name)), forgotten
+
+    @pytest.mark.parametrize(
+        "change",
+        [
+            lambda pin: pin.drive_volts(2.0),
+            lambda pin: pin.drive_ramp(0.0, 1.0, in_ns=1000),
+            lambda pin: pin.put_out(Source(1.0, 1.0)),
+            lambda pin: pin.configure(PadMode.INPUT, latch=False, pull=True),
+            lambda pin: pin.claim("an oscillator", analog=True),
+        ],
+    )
+    def test_one_that_stays_is_forgotten_once_it_may_not(self, change):
+        _, pins = make()
+        pin = pins["PA0"]
+        pin.drive_volts(1.0)
+        volts, until, forgotten = self.known(pin)
+        assert (volts, until, forgotten) == (1.0, NEVER, [])
+        change(pin)
+        pin.drive_volts(1.5)
+        assert forgotten == ["PA0"]
+
+    def test_of_a_pad_that_the_chip_drives_nobody_knows(self):
+        chip, pins = make()
+        for mode in (PadMode.PUSH_PULL, PadMode.OPEN_DRAIN, PadMode.AF_PUSH_PULL, PadMode.AF_OPEN_DRAIN):
+            pins["PA0"].configure(mode, latch=True, pull=None)
+            assert self.known(pins["PA0"])[1] == chip.time.now
+
+    @given(
+        volts=st.tuples(st.floats(0, 3.3), st.floats(0, 3.3)),
+        in_ns=st.integers(1, 100) | st.integers(1, 10**9),
+        pull=st.sampled_from((None, True, False)),
+        waits=st.lists(st.integers(1, 300) | st.integers(1, 10**7), max_size=8),
+    )
+    def test_a_ramp_stays_within_a_step_for_as_long_as_it_says(self, volts, in_ns, pull, waits):
+        chip, pins = make()
+        pin = pins["PA0"]
+        pin.configure(PadMode.INPUT, latch=False, pull=pull)
+        pin.drive_ramp(*volts, in_ns=in_ns, ohms=5_000.0)
+        for wait in waits:
+            chip.advance(wait)
+            found, until, _ = self.known(pin)
+            if until > chip.time.now:
+                chip.advance_to(min(until, chip.time.now + 10**9) - 1)
+                assert pin.volts // self.STEP_VOLTS == found // self.STEP_VOLTS
+
+    def test_a_slow_one_is_asked_for_once_a_step(self):
+        chip, pins = make()
+        pin = pins["PA0"]
+        pin.drive_ramp(0.0, 64 * self.STEP_VOLTS, in_ns=64_000)
+        asked = 0
+        while (until := self.known(pin)[1]) != NEVER:
+            chip.advance_to(max(until, chip.time.now + 1))
+            asked += 1
+        assert asked < 4 * 64

@@ -1,5 +1,6 @@
 #include "about.h"
 
+#include "adc_f1.h"
 #include "cpu.h"
 #include "port.h"
 #include "usart.h"
@@ -46,6 +47,9 @@ static const struct hil_row rows[] = {
 #undef STRUCT
 #define STRUCT hil_line
     WHOLE HIL_LINE_FIELDS(ONE, MANY)
+#undef STRUCT
+#define STRUCT hil_adc_inputs
+    WHOLE HIL_ADC_INPUTS_FIELDS(ONE, MANY)
 #undef STRUCT
 #define STRUCT hil_systick
     WHOLE HIL_SYSTICK_FIELDS(ONE, MANY)

@@ -9,7 +9,7 @@ import pytest
 
 from targets.mcu.fidelity import Notes
 from targets.mcu.pins import Pins
-from targets.mcu.stm32f1.adc import CHANNELS, Adc, SharedIrq
+from targets.mcu.stm32f1.adc import CHANNELS, Adc
 from targets.mcu.stm32f1.gpio import PADS_OF_HIGH_DENSITY
 from targets.mcu.testing import FakeChip, FakeInput, peek, poke
 
@@ -33,14 +33,12 @@ class Rig:
             self.volts(channel, channel / 10)
         self.services = dataclasses.replace(self.chip.services, input=self._listener)
         self.irq, self.irq3 = self.chip.irq(18), self.chip.irq(47)
-        irqs = [SharedIrq(self.irq)] * 2 + [SharedIrq(self.irq3)]
-        self.adcs = [
-            self.chip.add(
-                Adc(f"ADC{number}", base, self.services, pins=self.pins, irq=irq, remapped=self.moved.__contains__)
-            )
-            for number, base, irq in zip((1, 2, 3), (0x4001_2400, 0x4001_2800, 0x4001_3C00), irqs, strict=True)
-        ]
-        self.adcs[0].join(self.adcs[1])
+        self.adcs = []
+        for number, base, irq in ((1, 0x4001_2400, 18), (2, 0x4001_2800, 18), (3, 0x4001_3C00, 47)):
+            master = self.adcs[0] if number == 2 else None
+            moved = self.moved.__contains__
+            adc = Adc(f"ADC{number}", base, self.services, pins=self.pins, irq=irq, master=master, remapped=moved)
+            self.adcs.append(self.chip.add(adc))
         for adc in self.adcs:
             adc.reset()
 

@@ -355,6 +355,7 @@ class TestInjected:
             rig.start_injected()
             rig.clocks(SHORTEST)
             assert rig.peek(f"JDR{number}") == expected(channel)
+            rig.clocks(3 * SHORTEST)
             assert ("JEOC" in rig.flags()) is (number == 3)
 
 

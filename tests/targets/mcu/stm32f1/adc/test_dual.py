@@ -83,6 +83,19 @@ def test_slow_interleaved(pair, expected):
     assert len(found) == 2
 
 
+@pytest.mark.parametrize("unit", [1, 2])
+def test_slow_interleaved_ends_with_either(pair, unit):
+    rig = pair(8, cr1=0, channels=((2,), (2,)))
+    rig.trigger("TIM3_TRGO")
+    rig.clocks(28 + 7)
+    rig.poke("CR2", 0, unit)
+    rig.clocks(28)
+    for other in (1, 2):
+        rig.poke("SR", 0, other)
+    rig.clocks(100)
+    assert rig.flags(1) == rig.flags(2) == set()
+
+
 def test_alternate_trigger(pair):
     """Figure 32: the first trigger is for all injected channels of ADC1, the next one for those of ADC2."""
     rig = pair(9)
@@ -155,6 +168,17 @@ def test_modes_that_are_none_or_not_whole_are_noted(rig):
     assert rig.chip.noted("unmodelled") == ["ADC1_CR1.DUALMOD"]
     rig.poke("CR1", 0x6 << 16, unit=2)
     assert not rig.peek("CR1", unit=2)
+
+
+@pytest.mark.parametrize(("lacking", "trigger"), [(1 << 20, "TIM3_TRGO"), (1 << 15, "TIM2_TRGO")])
+def test_without_its_triggers_the_slave_takes_no_part(pair, lacking, trigger):
+    rig = pair(1)
+    rig.poke("CR2", rig.peek("CR2", 2) & ~lacking, unit=2)
+    rig.trigger(trigger)
+    rig.clocks(3 * SHORTEST)
+    assert "EOC" in rig.flags(1)
+    assert not rig.flags(2)
+    assert rig.chip.noted("misuse") == ["ADC1_CR1.DUALMOD"]
 
 
 def test_alone_the_upper_half_is_empty(rig):
