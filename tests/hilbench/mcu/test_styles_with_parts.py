@@ -1,4 +1,4 @@
-"""Images in the style of an Arduino core, of libopencm3 and of a kernel with drivers: what they find at their buses."""
+"""Images in five styles (Arduino core, libopencm3, HAL, LL, kernel with drivers): what they find at their buses."""
 
 from __future__ import annotations
 
@@ -114,19 +114,37 @@ def test_a_kernel_with_drivers(run):
     assert parts["display"].ram == bytes((at ^ at >> 7) & 0xFF for at in range(1024))
 
 
+@pytest.mark.parametrize(
+    ("image", "adc", "place", "first", "page", "byte"),
+    [
+        ("style-hal-buses", "adc 1862 1862 621 1489", 0x70, 0xA0, 0x3000, lambda at: at * 13 + 5),
+        ("style-ll-buses", "adc 1862 621 1489", 0x88, 0xE0, 0x5000, lambda at: at << 4 | 15 - at),
+    ],
+    ids=["hal", "ll"],
+)
+def test_hal_and_ll(run, image, adc, place, first, page, byte):
+    said, board, parts = run(image, "memory", "flash")
+    assert said == [f"{what} ok" for what in (adc, "eeprom", "flash", "clock")]
+    assert board.is_lit()
+    assert parts["memory"].data[place : place + 8] == bytes(first + 3 * at for at in range(8))
+    assert parts["flash"].array.data[page : page + 16] == bytes(byte(at) & 0xFF for at in range(16))
+
+
 def forget(parts):
     parts["memory"].read = lambda _now_ns: 0x5A
-
-
-def refuse(parts):
-    parts["memory"].write = lambda _byte, _now_ns: False
 
 
 def protect(parts):
     parts["flash"]._status[0] = 0x1C
 
 
-WORDS = {"style-arduino": ("eeprom", "flash"), "style-opencm3": ("i2c", "spi"), "style-drivers": ("eeprom", "flash")}
+WORDS = {
+    "style-arduino": ("eeprom", "flash"),
+    "style-drivers": ("eeprom", "flash"),
+    "style-hal-buses": ("eeprom", "flash"),
+    "style-ll-buses": ("eeprom", "flash"),
+    "style-opencm3": ("i2c", "spi"),
+}
 WRONG = {"forget": (forget, 0), "protect": (protect, 1), "no memory": ("memory", 0), "no flash": ("flash", 1)}
 
 

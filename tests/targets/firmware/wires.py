@@ -34,6 +34,8 @@ def _flash(machine: Machine) -> None:
 _PARTS: dict[str, tuple[Callable[[Machine], None], ...]] = {
     "style-arduino": (_eeprom, _flash),
     "style-drivers": (_eeprom, _display, _flash),
+    "style-hal-buses": (_eeprom, _flash),
+    "style-ll-buses": (_eeprom, _flash),
     "style-opencm3": (_eeprom, _flash),
 }
 

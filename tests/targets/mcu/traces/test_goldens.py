@@ -53,8 +53,8 @@ def of_the_gate(name):
     if name.startswith("selftest-"):
         return name in {"selftest-cpu", "selftest-systick", "selftest-gpio"}
     return name not in {"bench-adc-dma", "echo-all", "echo-irq-921600", "h753-lptim", "style-arduino", "style-dac-dma",
-                        "style-escalated-svc", "style-kernel-busy", "style-opencm3", "vehicle-v0",
-                        "vehicle-v1"}  # fmt: skip
+                        "style-escalated-svc", "style-hal-buses", "style-kernel-busy", "style-ll-buses",
+                        "style-opencm3", "vehicle-v0", "vehicle-v1"}  # fmt: skip
 
 
 @pytest.mark.parametrize(
