@@ -373,6 +373,10 @@ _OWN: dict[str, Scenario] = {
         Scenario(image="style-display", span_ns=20 * MS),
         Scenario(image="style-soft-i2c", span_ns=40 * MS),
         Scenario(image="style-registers", span_ns=1600 * MS),
+        *(
+            Scenario(image=f"style-{name}", span_ns=60 * MS, inputs=(*puts("PA0", (0, 1.65)), *puts("PA1", (0, 0.4))))
+            for name in ("arduino", "drivers", "hal-buses", "ll-buses", "opencm3")
+        ),
         Scenario(
             image="style-value-line",
             span_ns=120 * MS,
