@@ -25,6 +25,9 @@ from protocols.p2os import ServerPacket, Sip, SyncEcho
 SPEED_MM_S = 5.0
 """Tolerance of a wheel speed; clause S22 has it, the others take it over."""
 
+RAMP_MM_S2 = 300
+"""Set by cases that ask for a speed and not how it is reached: a robot's own ramp may take longer than they wait."""
+
 SLOPE = 0.2
 """Tolerance of an acceleration, as a share: a servo under load trails its ramp; who ignores SETA is farther off."""
 

@@ -42,6 +42,7 @@ from protocols.pkt import (
     FrameTransition,
     FrameTrigger,
     GeneralReport,
+    GpsReport,
     ImuReport,
     MotionReport,
     MotorThrottles,
@@ -306,6 +307,19 @@ def _twice_as_long(imu: Callable[..., object], rover: RoverRobot) -> object:
     return replace(report, quaternion=(x, y, z, w))
 
 
+def _rates_exchanged(imu: Callable[..., object], rover: RoverRobot) -> object:
+    report = imu(rover)
+    if not isinstance(report, ImuReport):
+        return report
+    x, y, z = report.rate_deg_s
+    return replace(report, rate_deg_s=(x, z, y))
+
+
+def _south_is_north(gps: Callable[..., GpsReport], rover: RoverRobot) -> GpsReport:
+    report = gps(rover)
+    return replace(report, first_deg=abs(report.first_deg))
+
+
 class _Doubling:
     """Say reports twice once the line has been down."""
 
@@ -355,6 +369,16 @@ BY_HAND = (
         id="quaternion-long",
         what="the quaternion of 0x82 has a length of 2",
         patches=(patched(RoverRobot, "_imu", _twice_as_long),),
+    ),
+    RoverMutant(
+        id="rates-exchanged",
+        what="0x82 has the rates about y and z in each other's place",
+        patches=(patched(RoverRobot, "_imu", _rates_exchanged),),
+    ),
+    RoverMutant(
+        id="latitude-unsigned",
+        what="the latitude of 0x84 has no sign",
+        patches=(patched(RoverRobot, "_gps", _south_is_north),),
     ),
     RoverMutant(
         id="crc-unchecked",

@@ -336,6 +336,11 @@ SETTINGS = (
         "LowBattery in CONFIG has its high byte first",
         says(0x20, Swap(CONFIG_LOW_BATTERY, CONFIG_LOW_BATTERY + 1)),
     ),
+    on_wire(
+        "config-revcount",
+        "RevCount in CONFIG has its high byte first",
+        says(0x20, Swap(CONFIG_LOW_BATTERY + 2, CONFIG_LOW_BATTERY + 3)),
+    ),
     on_wire("encoders-exchanged", "exchanges the wheels of an encoder packet", says(0x90, Swap(4, 8, 4))),
     on_wire("io-inverted", "inverts the inputs of an IO packet", says(0xF0, Bits(offset=5, turn=0xFF))),
     on_wire("adsel-ignored", "ignores ADSEL", hears(C.ADSEL, Drop())),

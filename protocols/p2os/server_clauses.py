@@ -589,7 +589,7 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         title="AUX data come back on request",
         text=(
             "TTY2 AT with the AUX port looped back and GETAUX 2: one packet B0 with 41 54 when both bytes are in; then "
-            "another with two other bytes."
+            "others with two other bytes."
         ),
         sources=(MANUAL, PLAYER),
         needs=("server", "aux-loopback"),
@@ -852,5 +852,32 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         ),
         sources=(f"{MANUAL}: the server's angular position servo setpoint", f"{AMRISIM}: 0"),
         needs=("server",),
+    ),
+    Clause(
+        id="S92",
+        suite=_SUITE,
+        level="should",
+        title="CONFIG shows what is in FLASH",
+        text=(
+            "Figures are written into FLASH and the robot is switched on again, twice: CONFIG has the tops, PWMMax, "
+            "SIPcycle, Aux1Baud, Gripper, FrontSonar, RearSonar, LowBattery, RevCount, WatchDog, P2MPACS, StallVal, "
+            "StallCount, JoyVel and JoyRVel that were written, and all else as it was. HostBaud is the code of the "
+            "line's rate."
+        ),
+        sources=(f"{H8}: CONFIG has the values that are in FLASH", CONFIG_READER),
+        needs=("server", "flash"),
+    ),
+    Clause(
+        id="S93",
+        suite=_SUITE,
+        level="must",
+        title="Inputs are those of the connector",
+        text=(
+            "Levels and voltages at the inputs of the user I/O connector are changed, and ADSEL with them: the second "
+            "SIP behind that has the byte of the levels and the voltage of that port, 0 to 255 for 5 V; the IO packet "
+            "the byte, and the voltages of all ports with ten bits."
+        ),
+        sources=(f"{MANUAL}: DIGIN, ANALOG and ADSEL", ARIA),
+        needs=("server", "user-io"),
     ),
 )

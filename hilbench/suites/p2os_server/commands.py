@@ -5,7 +5,14 @@ from __future__ import annotations
 import statistics
 
 from hilbench.check import at_least, case, near
-from hilbench.suites._requirements import SPEED_MM_S, require_slope, require_speeds, require_standing, require_turn_rate
+from hilbench.suites._requirements import (
+    RAMP_MM_S2,
+    SPEED_MM_S,
+    require_slope,
+    require_speeds,
+    require_standing,
+    require_turn_rate,
+)
 from hilbench.suites._session import Session
 from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import Command, CommandNumber, encode_command, encode_frame
@@ -17,6 +24,7 @@ _C = CommandNumber
 def test_a_command_with_a_wrong_checksum_is_ignored(peer: Peer) -> None:
     """Wrong by a bit in each byte, and by the bytes' order. The right one is obeyed in the end. Floor: 0.3 m ahead."""
     session = Session(peer, motors=True)
+    session.set_ramps(up=RAMP_MM_S2, down=RAMP_MM_S2)
     good = encode_frame(bytes.fromhex("0B3B6400"))
     high, low = good[-2:]
     for wrong in ((high, low ^ 0x01), (high ^ 0x01, low), (low, high)):
@@ -53,6 +61,7 @@ def test_ten_commands_at_once_are_obeyed_in_order(peer: Peer) -> None:
 def test_strings_with_and_without_nul_are_accepted(peer: Peer) -> None:
     """What is accepted feeds the watchdog, and the command behind it in one write is obeyed. Floor: 0.6 m ahead."""
     session = Session(peer, motors=True)
+    session.set_ramps(up=RAMP_MM_S2, down=RAMP_MM_S2)
     session.send(_C.VEL, 100)
     seen = session.watch(1.2)
     switch_off = encode_command(Command(_C.SONAR, 0))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hilbench.check import at_least, case
-from hilbench.suites._requirements import SPEED_MM_S, require_echo
+from hilbench.suites._requirements import RAMP_MM_S2, SPEED_MM_S, require_echo
 from hilbench.suites._session import Session
 from hilbench.suites.p2os_server._syncs import SYNC0
 from hilbench.systems.pioneer.peer import Peer
@@ -42,6 +42,7 @@ TOO_LONG = 250
 def test_the_longest_packet_is_taken(peer: Peer) -> None:
     """One alone keeps the watchdog fed, so a server that drops it stops the robot. Floor: 0.4 m ahead."""
     session = Session(peer, motors=True)
+    session.set_ramps(up=RAMP_MM_S2, down=RAMP_MM_S2)
     longest = encode_frame(bytes((_C.SAY, 0x2B, 195)) + b"\1" * 195)
     session.send(_C.VEL, 100)
     session.watch(1.2)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from hilbench.check import Inconclusive, Violation, at_least, at_most, case, near
 from hilbench.suites._requirements import require_request
 from hilbench.suites._session import CYCLE_S, SIP_WITHIN_S, Session, poses
+from hilbench.systems.pioneer.cases import VirtualCase
 from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import CommandNumber, ConfigPacket, EncoderPacket, IoPacket, pack_bytes
 
@@ -171,6 +172,31 @@ def _require_among(what: str, of_sips: Sequence[int], of_io: Sequence[int], peer
         raise Violation(text, peer.evidence())
 
 
+INPUTS = (
+    (0x35, (0x0A3, 0x15C, 0x2F1, 0x306, 0x0C8)),
+    (0xC9, (0x11D, 0x0E2, 0x34A, 0x259, 0x3B7)),
+    (0x5A, (0x27E, 0x38F, 0x064, 0x1D1, 0x192)),
+)
+"""Levels and voltages that are driven, of which no two are alike."""
+
+
+@case("S93", bench_time_s=1.6)
+def test_inputs_are_those_of_the_connector(peer: Peer, bench: VirtualCase) -> None:
+    session = Session(peer)
+    for port, (levels, voltages) in enumerate(INPUTS, start=2):
+        bench.drive_inputs(levels, voltages)
+        session.next_after(session.send(_C.ADSEL, port))
+        sip = session.next().sip
+        session.send(_C.IOREQUEST, 1)
+        io = peer.expect(IoPacket, SIP_WITHIN_S, what="IO packet")
+        for packet, found, wanted in (
+            ("SIP", (sip.digin, sip.analog), (levels, voltages[port - 1] >> 2)),
+            ("IO packet", (io.digin, io.analog), ((levels,), voltages)),
+        ):
+            assert found == wanted, f"levels and voltages in the {packet} are {found}, required {wanted}"
+    session.leave()
+
+
 @case("S45", bench_time_s=1.6)
 def test_sonar_goes_off_and_on(peer: Peer) -> None:
     session = Session(peer)
@@ -217,6 +243,7 @@ def test_commands_of_other_robots_are_ignored(peer: Peer) -> None:
     before = session.next().sip
     mark = peer.mark()
     session.send(_C.BATTERYINFO, 1)
+    session.send(_C.BATTERYINFO, 0)
     session.send(200)
     session.send(_C.LOADWORLD, b"")
     session.send(_C.STEP)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from hilbench.check import Violation, at_most, case, near, within
 from hilbench.suites._session import SIP_WITHIN_S, Session
 from hilbench.suites.p2os_server.sips import LEAD_12_V, OTHER_BATTERY, OTHER_BATTERY_V
+from hilbench.systems.pioneer.cases import VirtualCase
 from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import CommandNumber, ConfigPacket
 
@@ -136,6 +137,72 @@ BEHIND_S = 1.0
 
 CYCLE_MS = 0.5
 """Of a figure in whole milliseconds, against the mean of two seconds. A choice."""
+
+
+BAUDS = (9600, 19200, 38400, 57600, 115200)
+"""In bit/s, by their codes."""
+
+FLASHES: Sequence[Mapping[str, int]] = (
+    {
+        "rot_vel_top_deg_s": 340,
+        "trans_vel_top_mm_s": 1500,
+        "rot_acc_top_deg_s2": 280,
+        "trans_acc_top_mm_s2": 1900,
+        "pwm_max": 450,
+        "sip_cycle_ms": 50,
+        "aux1_baud": 1,
+        "gripper": 1,
+        "front_sonar": 0,
+        "rear_sonar": 1,
+        "low_battery_dv": 115,
+        "revcount": 0x3E81,
+        "watchdog_ms": 1950,
+        "p2mpacs": 1,
+        "stall_pwm": 210,
+        "stall_count_ms": 150,
+        "joy_vel_mm_s": 450,
+        "joy_rot_vel_deg_s": 90,
+    },
+    {
+        "rot_vel_top_deg_s": 370,
+        "trans_vel_top_mm_s": 1700,
+        "rot_acc_top_deg_s2": 310,
+        "trans_acc_top_mm_s2": 2100,
+        "pwm_max": 480,
+        "sip_cycle_ms": 100,
+        "aux1_baud": 2,
+        "gripper": 0,
+        "front_sonar": 1,
+        "rear_sonar": 1,
+        "low_battery_dv": 108,
+        "revcount": 0x4268,
+        "watchdog_ms": 1900,
+        "p2mpacs": 0,
+        "stall_pwm": 190,
+        "stall_count_ms": 260,
+        "joy_vel_mm_s": 520,
+        "joy_rot_vel_deg_s": 110,
+    },
+)
+"""Twice another value for each figure; of what is beside another of the same size, never the same."""
+
+
+@case("S92", bench_time_s=2.2)
+def test_config_shows_what_is_in_flash(peer: Peer, bench: VirtualCase) -> None:
+    """Nothing moves."""
+    session = Session(peer)
+    said = config(session)
+    if peer.port.baud in BAUDS:
+        rate = f"{peer.port.baud} bit/s"
+        assert said.host_baud == BAUDS.index(peer.port.baud), f"HostBaud of CONFIG is {said.host_baud} at {rate}"
+    for figures in FLASHES:
+        session.leave()
+        peer.run(0.3)
+        bench.write_flash(figures)
+        session = Session(peer)
+        wanted: dict[str, Any] = dict(figures)
+        require_config(config(session), replace(said, **wanted), session)
+    session.leave()
 
 
 @case("S86", bench_time_s=0.4)

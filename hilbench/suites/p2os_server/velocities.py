@@ -9,6 +9,7 @@ import pytest
 
 from hilbench.check import Violation, at_most, case, near
 from hilbench.suites._requirements import (
+    RAMP_MM_S2,
     SPEED_MM_S,
     STANDING_UNITS,
     require_fifteen_bits,
@@ -49,6 +50,7 @@ def test_velocity_is_reached_along_the_ramp(peer: Peer) -> None:
 def test_negative_velocity_drives_backwards(peer: Peer) -> None:
     """SETO first, so that X has to go below 0. Floor: 0.4 m behind."""
     session = Session(peer, motors=True)
+    session.set_ramps(up=RAMP_MM_S2, down=RAMP_MM_S2)
     session.send(_C.SETO)
     first = session.next()
     session.write(bytes.fromhex("FAFB060B1BC800D31B"))
@@ -81,6 +83,7 @@ def test_rotation_velocity_turns_both_ways(peer: Peer) -> None:
 def test_translation_and_rotation_go_together(peer: Peer) -> None:
     """Floor: 0.5 m ahead and to the left."""
     session = Session(peer, motors=True)
+    session.set_ramps(up=RAMP_MM_S2, down=RAMP_MM_S2, turn=100)
     session.send(_C.VEL, 100)
     session.watch_alive(0.5)
     session.send(_C.RVEL, 20)
@@ -96,6 +99,7 @@ def test_translation_and_rotation_go_together(peer: Peer) -> None:
 def test_each_wheel_takes_its_speed(peer: Peer) -> None:
     """As Player packs it, and then backwards as ARIA does. Floor: 0.5 m ahead and to the left."""
     session = Session(peer, motors=True)
+    session.set_ramps(up=RAMP_MM_S2, down=RAMP_MM_S2)
     for frame, left, right in (("FAFB06203B0A052A40", 5, 10), ("FAFB06201B0504251F", -5, -5)):
         session.write(bytes.fromhex(frame))
         session.watch_alive(1.0 if left > 0 else 1.3)
@@ -114,6 +118,7 @@ def test_each_wheel_takes_its_speed(peer: Peer) -> None:
 def test_negative_wheel_speeds_of_both_senders(peer: Peer, frame: bytes) -> None:
     """Floor: 0.2 m behind."""
     session = Session(peer, motors=True)
+    session.set_ramps(up=RAMP_MM_S2, down=RAMP_MM_S2)
     session.write(frame)
     session.watch_alive(0.8)
     require_speeds(session, -5 * session.robot.vel2_unit_mm_s, -5 * session.robot.vel2_unit_mm_s)

@@ -14,6 +14,7 @@ ORDER = (
     "silence",
     "speed_control",
     "sensors",
+    "sensed",
     "published",
     "newlines",
     "families",

@@ -146,6 +146,14 @@ def test_every_size_too_large_is_taken(rover: Rover) -> None:
             if _fits(rover, payload):
                 members.append((f"{spec.name}, {size} bytes of payload", payload))
     rover.try_members("sizes too large", members, is_taken, budget=24)
+    for opcode, spec in COMMANDS[rover.schema].items():
+        for behind in (b"\xff", b"\0"):
+            payload = bytes((opcode,)) + _parameters(rover, opcode, spec.size + SPARE)
+            is_taken(payload.ljust(spec.size + SPARE, behind))
+
+
+SPARE = 3
+"""Bytes of payload beside a command's parameters, of which the values are tried: its opcode and two behind them."""
 
 
 def _require_effect(rover: Rover, opcode: int, payload: bytes) -> None:

@@ -11,7 +11,7 @@ from hilbench.check import Inconclusive, Violation, near, within
 from hilbench.clock import NS_PER_S
 from hilbench.suites._rover import Rover, at_power_up, on_rover
 from hilbench.systems.rover.hands import RoverBench
-from protocols.pkt import GpsReport, ImuReport, MotionReport
+from protocols.pkt import GeneralReport, GpsReport, ImuReport, MotionReport, StatusFlag
 
 FIX_WITHIN_S = 60.0
 """How long a GPS receiver may take (u-blox NEO-6 data sheet: 27 s from a cold start)."""
@@ -138,6 +138,9 @@ def test_wheels_at_power_up(there: RoverBench) -> None:
 SLOTS, STEADY_S = 20, 1.2
 """Slots of a tachometer's disc (the manual's chapter on them), and until a wheel keeps its speed: a choice."""
 
+REPORT_WITHIN_S = 0.6
+"""0x83 comes four times a second (P30)."""
+
 COUNTS, COUNTS_SHARE = 3.0, 0.15
 """Tolerance: where in a slot one begins and ends, and what a speed changes by between two reports. Choices."""
 
@@ -145,6 +148,8 @@ COUNTS, COUNTS_SHARE = 3.0, 0.15
 @on_rover("P83", lasts_s=6.0)
 def test_counts_follow_speeds(rover: Rover) -> None:
     """Each pair of wheels at another speed, so that what is exchanged shows."""
+    begun = rover.mark()
+    rover.next(MotionReport, REPORT_WITHIN_S)  # the last one at rest
     rover.drive(0.26, 0.35)
     rover.keep_alive(STEADY_S)
     mark = rover.mark()
@@ -173,7 +178,7 @@ def test_counts_follow_speeds(rover: Rover) -> None:
             what=f"counts of wheel {wheel + 1} in {span_s:.2f} s",
             uncertainty=doubt * wanted,
         )
-    _require_at_rest([report for _, report in rover.peer.since(mark, MotionReport)], rover)
+    _require_in_step([report for _, report in rover.peer.since(begun, MotionReport)], rover)
     *_, one, other = (report for _, report in rover.peer.since(mark, MotionReport))
     if one.ticks == other.ticks and any(other.rpm):
         raise Violation(f"0x83 shows {other.rpm} rpm of wheels that count nothing", rover.peer.evidence())
@@ -183,14 +188,20 @@ FASTEST_RPM = 1000.0
 """A tachometer takes what is faster for a wrong pulse (manual, chapter on the tachometers)."""
 
 
-def _require_at_rest(reports: Sequence[MotionReport], rover: Rover) -> None:
-    """Require that a wheel counts nothing from one report to the next if it stands in both."""
+TURNING_COUNTS = 4
+"""From one 0x83 to the next, of a wheel that has turned long enough for a median of three. A choice."""
+
+
+def _require_in_step(reports: Sequence[MotionReport], rover: Rover) -> None:
+    """Require that a wheel counts nothing from one report to the next if it stands in both, and has a speed if not."""
     for before, now in pairwise(reports):
         for wheel in range(4):
             risen = now.ticks[wheel] - before.ticks[wheel]
             if not before.rpm[wheel] and not now.rpm[wheel] and abs(risen) > COUNTS:
                 text = f"wheel {wheel + 1} stands in two 0x83, and counts {risen} between them"
                 raise Violation(text, rover.peer.evidence())
+            if risen >= TURNING_COUNTS and not now.rpm[wheel]:
+                raise Violation(f"wheel {wheel + 1} has counted {risen}, and stands in 0x83", rover.peer.evidence())
 
 
 LENGTH = 1e-3
@@ -203,6 +214,12 @@ RANGES = {
 }
 """Full scales as the firmware sets them: 2 g, 250 deg/s, 4912 uT (manual, chapter on the inertial sensor)."""
 
+MPU_READ = 1
+"""Bit of the validity in 0x82."""
+
+NEXT_GENERAL_S = 0.6
+"""0x80 comes three times a second (P30)."""
+
 TEMPERATURE_C = -40.0, 85.0
 """In which the sensor works (PS-MPU-9250A-01, section 3.4.2)."""
 
@@ -210,6 +227,10 @@ TEMPERATURE_C = -40.0, 85.0
 @on_rover("P84", lasts_s=2.0)
 def test_figures_of_the_inertial_sensor_are_possible(rover: Rover) -> None:
     report = _measured(rover)
+    status = rover.next(GeneralReport, NEXT_GENERAL_S).status
+    if report.validity & MPU_READ and (status or 0) & StatusFlag.AHRS_FAIL:
+        text = f"STATUS is {status:02X}: the inertial sensor has failed; byte 1 of 0x82, {report.validity}: it was read"
+        raise Violation(text, rover.peer.evidence())
     for field, (most, unit) in RANGES.items():
         for axis, value in zip("xyz", getattr(report, field), strict=True):
             within(value, -most, most, unit=unit, what=f"{field} along {axis} in 0x82")

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
-from hilbench.check import Inconclusive, near
+from hilbench.check import Inconclusive, near, within
+from hilbench.clock import NS_PER_S
 from hilbench.suites._rover import Rover, on_rover
 from hilbench.suites.pkt_board._frames import SUCCESS, held_throttle
-from protocols.pkt import PidGains, SpeedSetpoints
+from protocols.pkt import MotionReport, PidGains, SpeedSetpoints
 
 
 @on_rover("P26", lasts_s=1.2)
@@ -48,9 +50,59 @@ def test_gains_as_shipped(rover: Rover) -> None:
 
 @on_rover("P38D", lasts_s=1.4)
 def test_gains(rover: Rover) -> None:
+    rover.send(PidGains(kp=0.005, kd=0.0, ki=0.04))  # what the next one has to change
     rover.send(PidGains(kp=0.02, kd=0.0, ki=0.0))
     for name, throttle in zip("AB", held_throttle(rover).throttles, strict=True):
         near(throttle, 0.6, 0.001, unit="of full", what=f"throttle {name} after 0.25 s")
+
+
+KP, KI = 0.002, 0.002
+SETPOINTS_RPM = 200.0, 160.0
+"""With these gains no wheel comes as far, so that its throttle never turns round, nor comes to its end."""
+
+THROTTLE, SHARE = 0.02, 0.2
+"""Tolerances: of a throttle that may be made of the speed of a turn of the loop before, and of what a sum gathers."""
+
+
+@on_rover("P88", lasts_s=4.0)
+def test_gains_are_seen_in_the_throttle(rover: Rover) -> None:
+    """Nobody holds the wheels: what the rover says of its speeds has to give what it says of its throttles."""
+    rover.send(PidGains(kp=KP, kd=0.0, ki=0.0))
+    rover.send(SpeedSetpoints(a_rpm=SETPOINTS_RPM[0], b_rpm=SETPOINTS_RPM[1]))
+    for _, report in _reports(rover):
+        for side, wanted_rpm in enumerate(SETPOINTS_RPM):
+            off_rpm = [wanted_rpm - rpm for rpm in report.rpm[side::2]]
+            low, high = KP * min(off_rpm) - THROTTLE, KP * max(off_rpm) + THROTTLE
+            within(
+                report.throttles[side],
+                low,
+                high,
+                unit="of full",
+                what=f"throttle {'AB'[side]}, {max(off_rpm):.0f} rpm to go",
+            )
+    rover.send(PidGains(kp=0.0, kd=0.0, ki=KI))
+    for (before_ns, before), (now_ns, now) in pairwise(_reports(rover)):
+        span_s = (now_ns - before_ns) / NS_PER_S
+        for side, wanted_rpm in enumerate(SETPOINTS_RPM):
+            fastest_rpm = max(*before.rpm[side::2], *now.rpm[side::2])
+            low, high = KI * span_s * (wanted_rpm - fastest_rpm), KI * span_s * wanted_rpm
+            within(
+                now.throttles[side] - before.throttles[side],
+                (1 - SHARE) * low - THROTTLE,
+                (1 + SHARE) * high + THROTTLE,
+                unit="of full",
+                what=f"throttle {'AB'[side]}, gathered in {span_s:.2f} s",
+                uncertainty=KI * wanted_rpm * rover.peer.uncertainty_s(before_ns),
+            )
+    rover.drive(0.0, 0.0)
+
+
+def _reports(rover: Rover) -> list[tuple[int, MotionReport]]:
+    """Return what 0x83 says in a second, with times; the first one may have been made before."""
+    rover.next(MotionReport, 0.6)
+    mark = rover.mark()
+    rover.keep_alive(1.1)
+    return [(got.start_ns, report) for got, report in rover.peer.since(mark, MotionReport)]
 
 
 FAST_RPM = 155.0

@@ -30,7 +30,7 @@ def test_a_frame_in_pieces_is_one_frame(host: Host) -> None:
     _torn(host)
     host.say(F1[:10], 0.15)
     host.say(F1[10:])
-    host.require(ACKERMANN, replace(ACKERMANN, steering_rad=-0.3, speed_m_s=9.0))
+    host.require_no_more(ACKERMANN, replace(ACKERMANN, steering_rad=-0.3, speed_m_s=9.0))
 
 
 @on_host("VS07", lasts_s=0.3)
@@ -80,7 +80,7 @@ def test_a_frame_that_lacks_a_field_is_none(host: Host) -> None:
     host.say(F1)
     host.say(_MODE_ALONE)
     host.say(F2.replace(b"W", b"S", 1))
-    host.require(ACKERMANN)
+    host.require_no_more(ACKERMANN)
 
 
 @on_host("VS10", lasts_s=0.2)
@@ -108,6 +108,7 @@ def test_a_carriage_return_is_a_byte(host: Host) -> None:
 def _require_speed(host: Host, value: str, speed_m_s: float) -> None:
     """Require the speed that is handed on for the bytes of one."""
     host.say(F1.replace(bytes.fromhex("0000A040"), bytes.fromhex(value)))
+    host.wait_told(lambda: bool(host.commands))
     (command,) = host.commands or (None,)
     assert isinstance(command, AckermannCommand), "no command of mode 1 is forwarded"
     near(command.speed_m_s, speed_m_s, 1e-6, unit="m/s", what="the speed that is handed on")

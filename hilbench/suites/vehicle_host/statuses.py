@@ -41,15 +41,14 @@ def _require_one_status(host: Host, state: CarState, first: str, second: str) ->
     host.board.run(0.15)
     at_most(len(host.board.frames(mark)), 0, unit="statuses", what=f"of a {first} report alone")
     host.own.report(second)
-    host.board.run(0.15)
-    status = _only(host, mark)
+    status = _only(host, mark, 0.15)
     near(status.lon_speed_m_s, state.lon_speed_m_s, 1e-6, unit="m/s", what="its speed")
     near(status.steering_rad, state.steering_rad, 1e-6, unit="rad", what="its steering")
 
 
-def _only(host: Host, mark: int) -> StatusFrame:
-    """Return the one status since a mark."""
-    said = [got.packet for got in host.board.frames(mark) if got.packet is not None]
+def _only(host: Host, mark: int, wait_s: float) -> StatusFrame:
+    """Let time pass; return the one status since a mark."""
+    said = host.statuses(mark, wait_s)
     assert said, "no status comes after both reports"
     assert len(said) == 1, f"{len(said)} statuses come after both reports, required one"
     return said[0]
@@ -64,8 +63,7 @@ def test_the_newest_report_counts(host: Host) -> None:
     lateral_m_s, rate_rad_s = 0.3, 0.4
     host.own.sense(CarState(lon_speed_m_s=4.0, lat_speed_m_s=lateral_m_s, yaw_rate_rad_s=rate_rad_s))
     host.own.report("velocity", "steering")
-    host.board.run(0.1)
-    said = [got.packet for got in host.board.frames(mark) if got.packet is not None]
+    said = host.statuses(mark, 0.1)
     speeds = [one.lon_speed_m_s for one in said]
     assert speeds == [4.0], f"the reported speeds are {speeds}, required one, the newer"
     near(abs(said[0].lat_speed_m_s), lateral_m_s, 1e-6, unit="m/s", what="B, its sign aside")
@@ -78,8 +76,7 @@ def _said(host: Host, state: CarState) -> tuple[float, float, float, float]:
     host.say(F1, 0.0)
     mark = host.statuses_from_now()
     host.own.report("velocity", "steering")
-    host.board.run(0.1)
-    status = _only(host, mark)
+    status = _only(host, mark, 0.1)
     return status.lon_speed_m_s, status.lat_speed_m_s, status.heading_rate_rad_s, status.steering_rad
 
 

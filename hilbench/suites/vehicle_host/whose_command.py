@@ -35,7 +35,7 @@ def test_sending_forgets_the_mode(host: Host) -> None:
 @on_host("VS28H", lasts_s=0.3)
 def test_values_keep_their_mode(host: Host) -> None:
     _status_between(host)
-    host.require(MANUAL)
+    host.require_no_more(MANUAL)
 
 
 NODE_S = 1.0
@@ -50,6 +50,7 @@ def _from_autoware_to_joystick(host: Host) -> int:
     host.board.commands.stop()
     host.board.command = decode_command(F2)
     host.board.commands.start(1 / 0.06)
+    host.wait_told(lambda: any(alike(one.command, MANUAL) for one in host.commanded))
     host.board.run(UNDERSTAND_S)
     return len(host.commanded)
 

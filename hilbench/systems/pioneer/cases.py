@@ -28,6 +28,7 @@ from hilbench.judging.provider import CaseInfo
 from hilbench.links import Line, MemoryLink, Port
 from hilbench.systems.pioneer.about import about_sonars
 from hilbench.systems.pioneer.client import P2osClient
+from hilbench.systems.pioneer.flash import with_figures
 from hilbench.systems.pioneer.peer import Peer
 from hilbench.systems.pioneer.robot import PioneerPlan, VirtualPioneer
 from hilbench.systems.pioneer.scripted import ScriptedServer
@@ -120,6 +121,15 @@ class VirtualCase(CaseBase):
         peer = Peer(self.bench, self._link(checker_is_client=True).a)
         self.pioneer  # noqa: B018 - brings the robot to life at the far end
         return peer
+
+    def write_flash(self, figures: Mapping[str, int]) -> None:
+        """Write figures of CONFIG into the robot's FLASH, by their names there, and switch it off and on again."""
+        self.pioneer.power_on(with_figures(self.plan.settings, figures))
+
+    def drive_inputs(self, digital: int, analog: Sequence[int]) -> None:
+        """Put levels (a byte) and voltages (10-bit counts, ports 1 to 5) on the inputs of its user I/O connector."""
+        io = self.pioneer.robot.controller.io
+        io.digital_in, io.analog = digital, list(analog)
 
     @property
     def world(self) -> World:

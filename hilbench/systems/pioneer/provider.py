@@ -37,7 +37,9 @@ __all__ = [
     "VirtualProvider",
 ]
 
-VIRTUAL_CAPABILITIES = frozenset({"P2OS", "server", "hangup", "reopen", "baud", "truth"}) | OWN_CAPABILITIES
+VIRTUAL_CAPABILITIES = (
+    frozenset({"P2OS", "server", "hangup", "reopen", "baud", "flash", "user-io", "truth"}) | OWN_CAPABILITIES
+)
 _SERVER_CAPABILITIES = frozenset({"P2OS", "server", "reopen"})
 P2OS_SERVER = FarEnd(
     serve=ScriptedServer,

@@ -71,17 +71,22 @@ class VirtualPioneer:
     def __init__(self, bench: Bench, port: Port, plan: PioneerPlan, *, seed: int) -> None:
         self._bench = bench
         self._port = port
+        self._make_robot, self._seed = plan.make_robot, seed
         self.world: World = open_world(plan.scene, VEHICLE, physics=plan.physics, step_hz=plan.step_hz, seed=seed)
         self.body = Pioneer2dxBody(self.world, sonar_poses=sonar_poses(plan.settings.subclass))
-        self.robot = plan.make_robot(plan.settings, self.body, seed)
-        self.robot.line = port
         self.commands: set[tuple[int, str]] = set()
-        self.actor = DeviceActor(
-            bench, self.robot, port, name="robot", on_event=self._note_command, after=self._follow_baud
-        )
+        self.power_on(plan.settings)
         self.runner = WorldRunner(bench, self.world)
         self.runner.after.append(self._control)
         self._follow_baud()
+
+    def power_on(self, settings: RobotSettings) -> None:
+        """Switch the controller on with this in its FLASH; one that was on has no session, and is gone."""
+        self.robot = self._make_robot(settings, self.body, self._seed)
+        self.robot.line = self._port
+        self.actor = DeviceActor(
+            self._bench, self.robot, self._port, name="robot", on_event=self._note_command, after=self._follow_baud
+        )
 
     @property
     def machines(self) -> Mapping[str, Observed]:

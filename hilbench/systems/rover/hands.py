@@ -18,11 +18,12 @@ from protocols.pkt import Position, Profile
 from targets.parts.l298n import bridge_shares
 from targets.parts.neo6m.geodesy import Geodetic, Tangent, geodetic_of
 from targets.parts.neo6m.settings import Neo6mSettings
-from targets.robots.rover import RoverRobot
+from targets.robots.rover import RoverRobot, Sensed
 from worlds.vehicles.rover_4wd import WHEELS, Rover4wdBody
 
 __all__ = [
     "HANDS",
+    "MODEL_HANDS",
     "REOPEN",
     "BoardHands",
     "ModelHands",
@@ -38,6 +39,9 @@ REOPEN = "reopen"
 
 HANDS = frozenset({"led", "wheels", "duty", "imu", "gps", "boot"})
 """The capabilities of a bench that has all of them, as the clauses name them."""
+
+MODEL_HANDS = HANDS | {"sensed"}
+"""Those at a model, whose sensors sense what they are told to: it has no body in a world."""
 
 _NEEDED_PARTS = {"duty": "l298n", "wheels": "dc-motor", "imu": "mpu9250", "gps": "neo6m"}
 
@@ -69,6 +73,12 @@ class RoverHands(Protocol):
     def position(self) -> Position:
         """Return where the rover truly is."""
 
+    def sense(self, sensed: Sensed) -> None:
+        """Let its inertial sensor sense this."""
+
+    def place(self, position: Position | None) -> None:
+        """Let its GPS receiver be there; None takes its view of the sky."""
+
 
 class RoverBench(Protocol):
     """A bench with a rover, as the cases of its suites see it."""
@@ -96,7 +106,7 @@ class ModelHands:
         robot: the rover.
     """
 
-    can = HANDS
+    can = MODEL_HANDS
 
     def __init__(self, robot: RoverRobot) -> None:
         self._robot = robot
@@ -122,6 +132,14 @@ class ModelHands:
         """See `RoverHands`."""
         assert self._robot.position is not None
         return self._robot.position
+
+    def sense(self, sensed: Sensed) -> None:
+        """See `RoverHands`."""
+        self._robot.sensed = sensed
+
+    def place(self, position: Position | None) -> None:
+        """See `RoverHands`."""
+        self._robot.position = position
 
 
 class BoardHands:
@@ -171,6 +189,16 @@ class BoardHands:
         plan = next(one for one in self._there.emulated.bench_file.parts.values() if one.kind == "neo6m")
         x_m, y_m, _ = self._body.world.pose().position_m
         return _position_at(plan.settings, x_m, y_m)
+
+    def sense(self, sensed: Sensed) -> None:
+        """See `RoverHands`; its sensors sense the world."""
+        del sensed
+        raise InternalError("what the sensors of a board sense cannot be chosen")
+
+    def place(self, position: Position | None) -> None:
+        """See `RoverHands`; likewise."""
+        del position
+        raise InternalError("what the sensors of a board sense cannot be chosen")
 
     @property
     def _body(self) -> Rover4wdBody:
@@ -230,6 +258,16 @@ class OperatorHands:
     def position(self) -> Position:
         """See `RoverHands`."""
         raise InternalError("a clause that needs the position is not by hand")
+
+    def sense(self, sensed: Sensed) -> None:
+        """See `RoverHands`; likewise."""
+        del sensed
+        raise InternalError("a clause that chooses what is sensed is not by hand")
+
+    def place(self, position: Position | None) -> None:
+        """See `RoverHands`; likewise."""
+        del position
+        raise InternalError("a clause that chooses what is sensed is not by hand")
 
 
 class RoverOnBoard:

@@ -26,7 +26,7 @@ from hilbench.systems.rover.cases import (
 )
 from hilbench.systems.rover.client import OWN_HOST_CAPABILITIES, OwnHost
 from hilbench.systems.rover.ground_station import GroundStation
-from hilbench.systems.rover.hands import HANDS, REOPEN, OperatorHands
+from hilbench.systems.rover.hands import MODEL_HANDS, REOPEN, OperatorHands
 from hilbench.systems.rover.observing import RoverObserver
 from hilbench.systems.rover.peer import RoverPeer
 from hilbench.systems.rover.reporting_station import REPORTED_CAPABILITIES, ReportingStation
@@ -72,7 +72,7 @@ class RoverProvider:
     def capabilities(self) -> frozenset[str]:
         """Everything, in every profile."""
         programs = {f"program '{name}'" for name in PROFILE_NAMES}
-        return HANDS | OWN_HOST_CAPABILITIES | programs | {"PKT!", "server", REOPEN}
+        return MODEL_HANDS | OWN_HOST_CAPABILITIES | programs | {"PKT!", "server", REOPEN}
 
     @property
     def suites(self) -> Sequence[str]:

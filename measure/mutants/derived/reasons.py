@@ -20,10 +20,6 @@ EQUIVALENT = "equivalent"
 _CONSTANT = "unasked: in no case of the suites does the field have two values"
 _NEVER = "unasked: no case of the suites has a frame with which it does anything else than the right peer"
 _EVENLY = "unasked: P30 and P85 ask how many reports come, and how evenly: one may always be late by the same time"
-_ON_STAND = (
-    "elsewhere: the rover of this bench stands on a stand, and its readings never change; R14 to R22 and R27 of "
-    "rover-motion are for them, on a board with a body in a world, where these mutants were not run"
-)
 _FIRST_REQUEST = (
     "unasked: every case begins with requests until one is answered, and the state before the first frame is over then"
 )
@@ -48,6 +44,10 @@ REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
                 r"LINKED/SILENCE:stays",
                 f"{EQUIVALENT}: P24D, motors at 0 'until one commands them': they are, and both states answer alike",
             ),
+            (
+                r"hears:RESET_PID_CONTROLLER:kd",
+                "unasked: no clause asks for the derivative gain: held wheels have none, and of others it is a spike",
+            ),
             (r"WAITING/", _FIRST_REQUEST),
             (
                 r"LOST/REQUEST:stays",
@@ -55,17 +55,10 @@ REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
             ),
             (r"says:(ImuReport|GpsReport|MotionReport):(late|early|reordered)", _EVENLY),
             (r"says:.*:unused", "unasked: no clause asks what stands in bytes that are reserved"),
-            (r"says:(ImuReport|GpsReport):", _ON_STAND),
             (r"says:MotionReport:ticks", "elsewhere: R09 of rover-motion holds the counts against the wheels' angles"),
-            (r"says:MotionReport:rpm.*stale", "unasked: no clause asks how old a speed in 0x83 may be"),
             (
                 r"says:MotionReport:rpm.*neighbour",
                 "elsewhere: the wheels of the cases turn alike in pairs; R24 of rover-motion stalls one of them",
-            ),
-            (r"PID_CONTROLLER:kd", "unasked: no clause asks for the derivative gain; held wheels have none"),
-            (
-                r"PID_CONTROLLER:ki",
-                "unasked: P45D and P46D alone ask for the gain of the sum, and are inconclusive where none gathers",
             ),
             (
                 r"REQUEST_TMY:reordered",
@@ -92,7 +85,7 @@ REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
         ),
         "p2os-server": (
             (
-                r"hears:(#200|STEP|LOADWORLD|BATTERYINFO):(dropped|doubled|late|reordered)",
+                r"hears:(#200|STEP|LOADWORLD|BATTERYINFO):(argument|dropped|doubled|late|reordered)",
                 f"{EQUIVALENT}: S48, BATTERYINFO and 'the commands 200, 63 and 64 leave the session as it is'",
             ),
             (r"hears:HOSTBAUD:", "unasked: HOSTBAUD is not of P2OS but of later firmware"),
@@ -100,10 +93,14 @@ REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
                 r"hears:SETO:doubled",
                 f"{EQUIVALENT}: S33, 'SETO makes here the origin', and the second one comes at the same place",
             ),
+            (
+                r"hears:DHEAD:doubled",
+                f"{EQUIVALENT}: S29, 'DHEAD -45 changes the heading by -512 units', both times from the same heading",
+            ),
             (r"says:(Encoder|Io)Packet:reordered", "unasked: no clause asks in which order packets come"),
             (
-                r"says:ConfigPacket:",
-                "unasked: a figure of the robot's FLASH that nothing else shows: another robot may have this one",
+                r"says:ConfigPacket:(four_motors|serial)",
+                "unasked: a figure of the robot's FLASH that nothing else shows, and that S92 does not write",
             ),
             (r"hears:CONFIG:argument", "unasked: no source says what CONFIG does with another argument than 1"),
             (r"hears:\w+:(late|doubled|reordered)", "unasked: the case looks only at what is so in the end"),

@@ -121,8 +121,8 @@ CLAUSES: tuple[Clause, ...] = (
         text=(
             "Throttles of 0.26 and 0.35: in 2 s the count of each wheel rises by 20 for each turn that its speeds in "
             "0x83 stand for, which are from 0 to 1000 rpm, within 3 and 15 %. From one 0x83 to the next a wheel whose "
-            "speed is 0 in both counts no more than 3. 2.5 s behind throttles of 0 wheels that count nothing have "
-            "speeds of 0."
+            "speed is 0 in both counts no more than 3, and one that counts 4 has a speed in the later. 2.5 s "
+            "behind throttles of 0 wheels that count nothing have speeds of 0."
         ),
         sources=(f"{MANUAL}, 0x83 and the tachometers: 20 slots", CHOICE + " how near"),
         profiles=DOCUMENTED,
@@ -135,14 +135,47 @@ CLAUSES: tuple[Clause, ...] = (
         title="0x82 has figures that its sensor can have",
         text=(
             "Accelerations within 2 g, rates within 250 deg/s, the field within 4912 uT, the temperature from -40 to "
-            "85 C; the quaternion has the length 1 within 0.001."
+            "85 C; the quaternion has the length 1 within 0.001. Where bit 0 of its byte 1 says that it was read, "
+            "AHRS_FAIL is not set in the STATUS of the next 0x80."
         ),
         sources=(
             f"{G2_IMU}/mpu9250.cpp: full scales",
             "PS-MPU-9250A-01, section 3.4.2",
             "a rotation is a quaternion of length 1",
+            f"{G2} send_imu_report: validity",
         ),
         profiles=DOCUMENTED,
         needs=("server",),
+    ),
+    Clause(
+        id="P86",
+        suite=SUITE,
+        level="must",
+        title="0x82 has what its sensor senses",
+        text=(
+            "A 0x82 has the acceleration in m/s^2, the rate in deg/s, the field in mG, the temperature in C and the "
+            "attitude, scalar last, that its sensor has sensed since the 0x82 before, as floats of 32 bits, and bits 0 "
+            "and 1 of its byte 1 are set."
+        ),
+        sources=(f"{MANUAL}, 0x82", f"{G2} send_imu_report: validity", CHOICE + " how near"),
+        profiles=DOCUMENTED,
+        needs=("server", "sensed"),
+    ),
+    Clause(
+        id="P87",
+        suite=SUITE,
+        level="must",
+        title="0x84 has where its receiver is",
+        text=(
+            "A 0x84 has the latitude and the longitude, south and west negative, where its receiver has been since the "
+            "0x84 before, as floats of 32 bits. Byte 1 is 0 without a fix, and not with one."
+        ),
+        sources=(
+            f"{MANUAL}, 0x84",
+            "nhorro/ceai2020 at c47f7b4, application.cpp send_gps_report: validity",
+            CHOICE + " how near",
+        ),
+        profiles=DOCUMENTED,
+        needs=("server", "sensed"),
     ),
 )

@@ -79,6 +79,8 @@ class RobotSettings:
         (40, 20, 0, 40, 30, 0), "RotKP RotKV RotKI TransKP TransKV TransKI", f"{_CONFIG}; reported, not used"
     )
     encoder_ticks_per_half_turn: int = _setting(16_570, "RevCount", f"{_CONFIG}; reported, not used")
+    aux1_baud: int = _setting(0, "code of a rate, 0 for 9600", f"{_CONFIG}; reported, not used")
+    motor_packets: int = _setting(0, "P2MPACS", f"{_CONFIG}; reported, not used")
     joystick_mm_s: int = _setting(500, "mm/s", f"{_CONFIG}; reported, not used")
     joystick_deg_s: int = _setting(100, "deg/s", f"{_CONFIG}; reported, not used")
     has_move: bool = _setting(True, "", "reedhedges/AriaCoda params: a Pioneer 1 has no MOVE")
@@ -194,6 +196,8 @@ RANGES: Mapping[str, tuple[float, float]] = MappingProxyType(
     {
         # one byte of the SIP or of the configuration packet
         **dict.fromkeys(("battery_dv", "digital_in", "digital_out", "sip_cycle_ms"), _BYTE),
+        "aux1_baud": (0, len(RATES) - 1),
+        "motor_packets": _BYTE,
         # two bytes of the configuration packet
         **dict.fromkeys(("rotation_top_deg_s", "translation_top_mm_s", "rotation_max_deg_s"), _WORD),
         **dict.fromkeys(("translation_max_mm_s", "translation_acceleration_top_mm_s2"), _WORD),

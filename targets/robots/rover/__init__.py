@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from targets.robots.rover.events import LedSwitched, MotorsCommanded, RoverEvent
     from targets.robots.rover.plant import STEADY_RPM, Plant, steady_rpm
     from targets.robots.rover.robot import RoverRobot, behaviour_of
+    from targets.robots.rover.sensed import Sensed
     from targets.robots.rover.settings import PROFILE_NAMES, RoverSettings
 else:
     from targets.robots.deferred import deferred
@@ -33,6 +34,7 @@ else:
             "RoverRobot": "robot",
             "RoverSettings": "settings",
             "STEADY_RPM": "plant",
+            "Sensed": "sensed",
             "behaviour_of": "robot",
             "steady_rpm": "plant",
         },
@@ -52,6 +54,7 @@ __all__ = [
     "RoverEvent",
     "RoverRobot",
     "RoverSettings",
+    "Sensed",
     "behaviour_of",
     "steady_rpm",
 ]

@@ -2,7 +2,7 @@
 
 As in the firmware everything happens on ticks of 100 Hz: bytes are taken as they come, or polled; tachometers and
 speed controllers run on every second tick, and reports go out behind them (nhorro/ceai2020 at 6058e92,
-rover_firmware/application.cpp `execute_periodic_tasks`). The IMU lies level and still, looking to magnetic north.
+rover_firmware/application.cpp `execute_periodic_tasks`).
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import math
 from collections.abc import Callable, Iterable
 
 from protocols.pkt import (
-    STANDARD_GRAVITY_M_S2,
     Command,
     CommandReceived,
     CommandRefused,
@@ -46,6 +45,7 @@ from targets.robots.rover.control import Motors, Tachometers
 from targets.robots.rover.defects import DEFECTS
 from targets.robots.rover.events import LedSwitched, MotorsCommanded, RoverEvent
 from targets.robots.rover.plant import Plant
+from targets.robots.rover.sensed import Sensed
 from targets.robots.rover.settings import RoverSettings
 
 __all__ = ["RoverRobot", "behaviour_of"]
@@ -56,7 +56,6 @@ _CONTROL_TICKS = 2
 _BLINK_TICKS = 100
 _IMU_READ = 1
 _COMPASS_READ = 2
-_LEVEL_WXYZ = (1.0, 0.0, 0.0, 0.0)
 _NO_ATTITUDE = (math.nan, math.nan, math.nan, math.nan)
 
 
@@ -81,6 +80,7 @@ class RoverRobot:
         plant: its wheels.
         motors: what they are commanded.
         lit: whether the test LED is on.
+        sensed: what its inertial sensor senses.
         position: where its GPS receiver is; None without a fix.
     """
 
@@ -100,6 +100,7 @@ class RoverRobot:
         self.plant = Plant(settings.wheel_lag_s)
         self.motors = Motors(self.behaviour.body)
         self.lit = False
+        self.sensed = Sensed(field_mgauss=settings.field_mgauss, temperature_c=settings.temperature_c)
         self.position: Position | None = Position(
             latitude_deg=settings.latitude_deg, longitude_deg=settings.longitude_deg
         )
@@ -235,21 +236,25 @@ class RoverRobot:
         return makers.get(report, self._pid)()
 
     def _imu(self) -> Report:
-        settings, dialect = self._settings, self.behaviour.dialect
-        acceleration = acceleration_raw((0.0, 0.0, STANDARD_GRAVITY_M_S2), dialect)
+        sensed, dialect = self.sensed, self.behaviour.dialect
+        acceleration = acceleration_raw(sensed.acceleration_m_s2, dialect)
         if self.behaviour.server.schema is Schema.V1:
             return EulerImuReport(
                 validity=_IMU_READ,
                 acceleration=acceleration,
-                field_mgauss=settings.field_mgauss,
-                temperature_c=settings.temperature_c,
+                rate_deg_s=sensed.rate_deg_s,
+                field_mgauss=sensed.field_mgauss,
+                temperature_c=sensed.temperature_c,
             )
         return ImuReport(
             validity=_IMU_READ | _COMPASS_READ,
             acceleration=acceleration,
-            field_mgauss=settings.field_mgauss,
-            temperature_c=settings.temperature_c,
-            quaternion=quaternion_raw(_LEVEL_WXYZ if self.behaviour.body.attitude_known else _NO_ATTITUDE, dialect),
+            rate_deg_s=sensed.rate_deg_s,
+            field_mgauss=sensed.field_mgauss,
+            temperature_c=sensed.temperature_c,
+            quaternion=quaternion_raw(
+                sensed.attitude_wxyz if self.behaviour.body.attitude_known else _NO_ATTITUDE, dialect
+            ),
         )
 
     def _motion(self) -> Report:

@@ -329,6 +329,19 @@ def rests_off(units):
         yield
 
 
+def gentle():
+    """Let it speed up and slow down by 60 mm/s2 and 30 deg/s2, until it is told otherwise."""
+    rates = {
+        "translation_acceleration_mm_s2": 60.0,
+        "translation_deceleration_mm_s2": 60.0,
+        "rotation_acceleration_deg_s2": 30.0,
+        "rotation_deceleration_deg_s2": 30.0,
+    }
+    return instead(
+        robot, "Controller", lambda make: lambda settings, *a, **k: make(replace(settings, **rates), *a, **k)
+    )
+
+
 def other_robots():
     """Yield clause, what is otherwise about the robot, and what makes it so."""
     ticks = itertools.count()
@@ -343,6 +356,8 @@ def other_robots():
         rests_off(5),
     )
     yield "S91", "setpoint of a whole turn", sip(lambda s: replace(s, control_raw=s.control_raw % 4096))
+    for clause in ("S17", "S23", "S25", "S26", "S27", "S49", "S51"):
+        yield clause, "gentle ramps of its own", gentle()
     yield "S88", "a noisy converter", sip(lambda s: replace(s, analog=s.analog + s.timer % 2))
 
 

@@ -23,11 +23,14 @@ from hilbench.systems.pioneer.cases import ForeignClientCase
 from hilbench.systems.pioneer.reporting_client import ReportingClient
 from hilbench.systems.pioneer.scripted import ScriptedServer
 from hilbench.systems.rover.reporting_station import ReportingStation
+from hilbench.systems.vehicle.car_simulator import CarSimulator, make_host
 from hilbench.systems.vehicle.reporting_car import ReportingCar
 from hilbench.terminal.options import TargetChoice
+from measure.mutants.car_host import FAULTY_HOSTS
 from measure.mutants.derived.subjects import SUBJECTS, opened
 from protocols.carla import AckermannCommand
 from protocols.pkt import PROFILES, ClientState, GeneralReport, PacketTotals
+from targets.robots.car_host import CarHostSettings
 
 OF_OURS_ALONE = {
     "pkt-host": {"P36", "P37", "P54", "P55"},
@@ -73,6 +76,39 @@ def test_who_tells_its_configuration_late_has_read_it():
     with opened(subject, lambda _scheduler, port: port, at_port=True) as provider:
         report = run_suites(options, provider)
     assert [(clause.verdict, clause.cause) for clause in report.clauses] == [(Verdict.PASS, "")]
+
+
+def late_car(make_host=make_host, select="[hardened]"):
+    """What is judged of a simulator's side that hears and tells late; not applicable is left out."""
+
+    def program(bench, port):
+        return CarSimulator(bench, port, CarHostSettings(), make_host=make_host)
+
+    right = SUBJECTS["carla-host"]
+    subject = replace(
+        right, program=program, tell=lambda bench, car, port: right.tell(bench, car, TellsLate(bench, port))
+    )
+    options = CheckOptions(bench=subject.bench, suites=subject.suites, select=select)
+    with opened(subject, lambda _scheduler, port: port, at_port=True) as provider:
+        report = run_suites(options, provider)
+    return {clause.id: clause.verdict for clause in report.clauses if clause.verdict is not Verdict.NOT_APPLICABLE}
+
+
+@pytest.mark.slow("the suite of a simulator's side, which has to wait in each case")
+def test_a_car_that_tells_late_is_right():
+    verdicts = late_car(select="[hardened] and not VS20")
+    of_time = {clause for clause, verdict in verdicts.items() if verdict is Verdict.INCONCLUSIVE}
+    assert of_time == {"VS26H", "VS28H"}
+    assert {verdict for clause, verdict in verdicts.items() if clause not in of_time} == {Verdict.PASS}
+
+
+def test_to_tell_late_excuses_nothing_that_is_told():
+    for clause, kind in {clause: kind for kind, clauses in FAULTY_HOSTS for clause in clauses}.items():
+
+        def wrong(settings, power_on_ns, kind=kind):
+            return kind(settings, power_on_ns=power_on_ns)
+
+        assert late_car(wrong, f"[hardened] and {clause}") == {clause: Verdict.FAIL}, kind.__name__
 
 
 def line():

@@ -9,16 +9,30 @@ from protocols.p2os.clauses import CLAUSES
 from tests.protocols.clauses import check_clauses, check_package
 
 NEEDS = {
-    *("server", "hangup", "reopen", "baud", "aux-loopback", "truth", "scene", "rays", "contacts", "bumpers", "gravity"),
+    *(
+        "server",
+        "hangup",
+        "reopen",
+        "baud",
+        "flash",
+        "user-io",
+        "aux-loopback",
+        "truth",
+        "scene",
+        "rays",
+        "contacts",
+        "bumpers",
+        "gravity",
+    ),
     *("client", "client.commands", "client.report", "client.disconnect"),
 }
 
 
 def test_catalogue_is_complete():
     expected = [f"{letter}{n:02}" for letter, last in (("S", 66), ("C", 33), ("M", 24)) for n in range(1, last + 1)]
-    expected[66:66] = [f"S{n}" for n in range(80, 92)]
+    expected[66:66] = [f"S{n}" for n in range(80, 94)]
     assert [clause.id for clause in CLAUSES] == expected
-    assert Counter(clause.suite for clause in CLAUSES) == {"p2os-server": 78, "p2os-client": 33, "pioneer-motion": 24}
+    assert Counter(clause.suite for clause in CLAUSES) == {"p2os-server": 80, "p2os-client": 33, "pioneer-motion": 24}
 
 
 def test_every_clause_is_whole():
