@@ -207,6 +207,8 @@ class ProtocolPlugin:
             True for a frame that the host has sent. By default the whole frame is one region.
         checksum: returns the checksum rule for these options, for tools that change frames on the line; None if there
             is no single rule.
+        fixed: the frames that the specification gives byte for byte, by the names that the decoder gives them. A tool
+            that makes wrong peers makes none whose frame is the same.
         longest_frame: the longest frame, in bytes. So much of a frame may be left at the beginning of a recording.
         clauses: returns the clauses of the protocol.
         encode: makes the frame of a message, for ``peer.send`` in a suite and for a message that is edited in the
@@ -239,6 +241,7 @@ class ProtocolPlugin:
     answers: Mapping[str, Collection[str]] = field(default_factory=dict)
     regions: Callable[..., list[Region]] = _one_region
     checksum: Callable[[Any], Checksum] | None = None
+    fixed: Mapping[str, bytes] = field(default_factory=dict)
     longest_frame: int = 256
     clauses: Callable[[], Sequence[ClauseEntry]] = tuple
     encode: Callable[[Any, Any], bytes] | None = None

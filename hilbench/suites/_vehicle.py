@@ -30,7 +30,7 @@ from protocols.autoware import (
     SteeringReport,
     VelocityReport,
 )
-from protocols.carla import COMMAND_BYTES, CommandFrame, Mode, StatusFrame
+from protocols.carla import COMMAND_BYTES, FULL_SCALE, CommandFrame, Mode, StatusFrame
 from protocols.carla.clauses import BOARD_CLAUSES
 from targets.robots.vehicle_interface import SIMULATOR_LINE
 
@@ -80,6 +80,9 @@ MODE_WITHIN_S = 0.5
 SPARE_S = 0.3
 """So much longer than it may take something is waited for, which tells late from never. A choice."""
 
+NEAREST, FURTHEST = 1 / FULL_SCALE, 1.04
+"""Between these is what a joystick says that is not at rest: a step of a 16-bit converter; what VB34 has, and some."""
+
 EMERGENCY_WITHIN_S = 2.5
 """1.0 s in AUTOWARE, 1.6 s and a pause in MANUAL; a choice with room."""
 
@@ -104,6 +107,7 @@ def on_board(
                 function(vehicle)
                 if not noisy:
                     vehicle.require_nothing_between()
+                    vehicle.require_manual_frames()
             except (AssertionError, Violation) as error:
                 vehicle.excuse(error, begun_ns)
                 raise
@@ -348,11 +352,11 @@ class Vehicle:
         near(found, wanted, tolerance, unit="frames", what=what, uncertainty=doubt)
 
     def require_frame(self, got: Frame, wanted: CommandFrame, what: str, off: float = 0.0) -> None:
-        """Require what a frame says, as far as floats of 32 bits tell, or so far off at most."""
+        """Require what a frame says, as far as floats of 32 bits tell, which have a 0, or so far off at most."""
         assert got.packet is not None
         for name in ("steering", "steering_rate", "speed", "acceleration", "jerk", "mode"):
             found, value = getattr(got.packet, name), getattr(wanted, name)
-            if not abs(found - value) <= max(off, 1e-6 * max(1.0, abs(value))):
+            if not abs(found - value) <= max(off, 1e-6 * abs(value)):
                 raise Violation(f"{what}: {name} is {found:g}, required {value:g}", self.shown([got]))
 
     def require_nothing_between(self) -> None:
@@ -369,6 +373,24 @@ class Vehicle:
         count = len(self.frames())
         if peer.paddings < count - 1:  # that of the last one may be on its way
             raise Violation(f"{peer.paddings} NULs follow {count} frames", self.shown(self.frames()[-3:]))
+
+    def require_manual_frames(self) -> None:
+        """Require that each frame of MANUAL says what a joystick can, wherever somebody holds it.
+
+        Raises:
+            Violation: W or J is not 0, V or A is below 0, both are above, or one of S, V, A is what no reading makes.
+        """
+        for got in self.frames():
+            said = got.packet
+            if said is None or said.mode != Mode.MANUAL:
+                continue
+            stick = (said.steering, said.speed, said.acceleration)
+            known = all(value == 0 or NEAREST <= abs(value) <= FURTHEST for value in stick)
+            one_way = min(said.speed, said.acceleration) == 0
+            if not (known and one_way and said.steering_rate == said.jerk == 0):
+                text = "a frame of mode 4 says what no joystick does: S, V, A, W, J are "
+                found = (*stick, said.steering_rate, said.jerk)
+                raise Violation(text + ", ".join(f"{value:g}" for value in found), self.shown([got]))
 
     # --- statuses and reports
 

@@ -109,6 +109,13 @@ class _LeavesTheJoystickAlone(CarHost):
             super()._command(command, mode, now_ns)
 
 
+class _EmergencyIsRest(CarHost):
+    """Takes a frame of mode 0 for a stop, whatever it says."""
+
+    def _command(self, command, mode, now_ns):
+        super()._command(AckermannCommand() if mode == Mode.EMERGENCY else command, mode, now_ns)
+
+
 class _TakesMode2(CarHost):
     """Takes mode 2 for 4."""
 
@@ -137,6 +144,14 @@ class _TrustsTheJoystick(_Reads):
 
     def fault(self, frame):
         return None if frame.mode == Mode.MANUAL else super().fault(frame)
+
+
+class _LooksAtWhatItUses(_Reads):
+    """Does not look at what a frame of the joystick says where nothing is said."""
+
+    def fault(self, frame):
+        used = replace(frame, steering_rate=0.0, jerk=0.0) if frame.mode == Mode.MANUAL else frame
+        return super().fault(used)
 
 
 class _OneByteReader(StreamReader):
@@ -192,6 +207,8 @@ FAULTY_HOSTS: tuple[tuple[type[CarHost], tuple[str, ...]], ...] = (
     (_StopsOnce, ("VS26H",)),
     (_LeavesTheJoystickAlone, ("VS26H",)),
     (_TakesMode2, ("VS04",)),
+    (_EmergencyIsRest, ("VS29",)),
+    (_LooksAtWhatItUses, ("VS27H",)),
     (_TrustsTheJoystick, ("VS27H",)),
     (_LooksAtOneByte, ("VS07H",)),
     (_Patient, ("VS06H",)),

@@ -283,7 +283,8 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="The newest report counts",
         text=(
-            "Two velocity reports and then one steering report: one frame, with the newer velocity, in all its figures."
+            "Two velocity reports and then one steering report: one frame, with the newer velocity, in all its "
+            "figures; and so a second time."
         ),
         sources=(f"{NODE} velocity_status_sub_callback",),
         profiles=_ALL,
@@ -517,8 +518,8 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         title="What cannot be meant is dropped",
         text=(
             "F1 with NaN, an infinity or 101 % of the limit, + or -, as its S, W, V, A or J, or F2 with one of these "
-            "as its S, V or A: nothing is handed on. With 99 % of it in each both are, F2 as far as steer, throttle "
-            "and brake go."
+            "as its S, V or A, or with NaN or an infinity as its W or J: nothing is handed on. With 99 % of it in each "
+            "both are, F2 as far as steer, throttle and brake go."
         ),
         sources=(CHOICE + ": the limits are 2.5 rad, 50 rad/s, 150 m/s, 100 m/s^2, 1000 m/s^3, and 10 for each of F2",),
         profiles=_HARDENED,
@@ -545,6 +546,20 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         text="F2, then a status is sent, then 23 24: nothing but F2 is handed on.",
         sources=(CHOICE,),
         profiles=_HARDENED,
+        needs=_CAR,
+        stand_ins=_REPORTED,
+    ),
+    Clause(
+        id="VS29",
+        suite=_SUITE,
+        level="must",
+        title="A frame of mode 0 is handed on as it is",
+        text=(
+            "F1 with mode 0 is handed on as an Ackermann command with its figures, as VS01; so is one with other "
+            "figures. That they are 0 is the board's matter (VB07)."
+        ),
+        sources=(f"{NODE} publish_to_carla: modes 0 and 1 are one branch",),
+        profiles=_ALL,
         needs=_CAR,
         stand_ins=_REPORTED,
     ),

@@ -207,7 +207,10 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="Notices a controller reset",
-        text="Type FF in the session is a reset of the controller: the client drops the session.",
+        text=(
+            "Type FF in the session, and nothing more, is a reset of the controller: the client drops the session, "
+            "and says so within 2 s."
+        ),
         sources=(ARIA,),
         needs=("client",),
     ),
@@ -340,9 +343,9 @@ CLIENT_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="Each of many commands is its own",
         text=(
-            "ENABLE 1, then VEL, RVEL, SETA, SETRA, HEAD and MOVE each with two arguments of either sign, CONFIG 1, "
-            "ENABLE 0, two SAY and two VEL2, one after another: each goes out once, to the byte, within 0.35 s; VEL, "
-            "RVEL and HEAD may be said again until the next one."
+            "ENABLE 1, then VEL, RVEL, SETA, SETRA, HEAD and MOVE each with two arguments of either sign, CONFIG 1 "
+            "and 2, ENABLE 0, two SAY and two VEL2, one after another: each goes out once, to the byte, within 0.35 s; "
+            "VEL, RVEL and HEAD may be said again until the next one."
         ),
         sources=(MANUAL, ARIA, PLAYER, CHOICE + " how soon: three cycles of ARIA's"),
         needs=("client", "client.commands"),

@@ -283,6 +283,17 @@ def test_each_mutant_differs_from_the_right_peer(name):
     assert len(idle) < len(mutants) / 2
 
 
+def test_of_a_frame_that_the_specification_gives_no_fault_leaves_it_as_it_is():
+    subject, f1, f3 = SUBJECTS["carla-board"], carla.VECTORS["F1"].data, carla.VECTORS["F3"].data
+    tape = tape_of([f1, f3, f3], [], *(subject.reading(way) for way in Way))
+    faults = {name: set() for name in ("AUTOWARE", "EMERGENCY")}
+    for mutant in derive(subject, tape):
+        if mutant.name == "speed_m_s":
+            faults[mutant.message].add(mutant.fault)
+    assert faults["EMERGENCY"] == {Fault.PLUS, Fault.MINUS}
+    assert faults["AUTOWARE"] >= {Fault.STALE, Fault.STUCK, Fault.ORDER, Fault.SIGN}
+
+
 # --- the relay
 
 

@@ -12,6 +12,9 @@ from protocols.p2os import ControllerReset, encode_packet
 LOSS_WITHIN_S = 10.0
 """How long a client may take a silent robot for alive; clause C19 has it."""
 
+NOTICED_S = 2.0
+"""How long a client may take to report a reset, by which alone it is told: no SIP, no echo. A choice, far below C19."""
+
 
 @case("C19", bench_time_s=23.8)
 def test_a_dead_robot_is_noticed(bench: ClientBench) -> None:
@@ -44,7 +47,12 @@ def test_a_controller_reset_ends_the_session(bench: ClientBench, configured: boo
         server.expect_session(CONNECT_WITHIN_S)
     server.run(0.5)
     assert server.in_session, "the client closed its session although nothing had happened yet"
-    server.end_session()
+    server.stream = lambda _tick: b""
     server.write(encode_packet(ControllerReset()))
+    own = bench.client.own
+    if own is not None and not server.wait(lambda: bool(own.failure), NOTICED_S):
+        text = f"the client does not report within {NOTICED_S:g} s that the controller was reset"
+        raise Untimely(text, server.evidence(), spare_s=NOTICED_S / 2)
+    server.end_session()
     server.run(0.5)
     require_lost(bench, "the controller was reset")

@@ -20,6 +20,7 @@ __all__ = [
     "MANUAL_S",
     "OTHER_WAY",
     "OTHER_WAY_FRAME",
+    "PING_S",
     "REPORT_WITHIN_S",
     "WHICH",
     "behind",
@@ -50,6 +51,9 @@ OTHER_WAY_FRAME = CommandFrame(
 MANUAL_S, MANUAL_MISS_S = 0.060, 0.160
 
 AGENT_WAIT_S = 20.0
+
+PING_S = 1.0
+"""How often a board asks whether somebody is there that has no answer yet."""
 
 WHICH = "frames may have other causes than they seem to have"
 """What comes of a bench that is late by as much as frames lie apart."""

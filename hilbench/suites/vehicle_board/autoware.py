@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from hilbench.check import Untimely
+from hilbench.clock import NS_PER_S
 from hilbench.suites._vehicle import (
     COMMAND,
     COMMAND_MISS_S,
@@ -24,10 +25,12 @@ from hilbench.suites.vehicle_board._moves import (
     IMPOSSIBLE_M_S,
     OTHER_WAY,
     OTHER_WAY_FRAME,
+    PING_S,
     WHICH,
     nine_misses,
     nine_misses_around_a_status,
 )
+from protocols.autoware import AgentPing
 from protocols.carla import CommandFrame, Mode
 
 _MOST = {"steering_tire_angle": 2.5 / 1.2, "steering_tire_rotation_rate": 50.0 / 1.2}
@@ -53,6 +56,16 @@ def test_a_command_is_handed_on(vehicle: Vehicle) -> None:
     assert vehicle.mark() > turned, "no frame came"
     for got in vehicle.frames(turned):
         vehicle.require_frame(got, OTHER_WAY_FRAME, "the frame of the command to the other side")
+    _require_no_more_pings(vehicle)
+
+
+def _require_no_more_pings(vehicle: Vehicle) -> None:
+    """Require that a board whose ping was answered asks no further."""
+    pings = [got for got, _ in vehicle.stack.since(0, AgentPing)]
+    late = [got for got in pings if (got.start_ns - pings[0].start_ns) / NS_PER_S > PING_S / 2]
+    if late:
+        text = f"{len(late)} pings came though the first one was answered and commands came"
+        raise Untimely(text, vehicle.stack.evidence(0)[:8], spare_s=PING_S / 2)
 
 
 @on_board("VB02", lasts_s=4.0)

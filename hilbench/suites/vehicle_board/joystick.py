@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from hilbench.check import Violation
-from hilbench.suites._vehicle import Frame, Vehicle, on_board
+from hilbench.suites._vehicle import MODE_WITHIN_S, Frame, Vehicle, on_board
+from hilbench.suites.vehicle_board._moves import MANUAL_S, WHICH
 from protocols.carla import X_AXIS, Y_AXIS, Axis, CommandFrame, Mode
+
+MOVED_S = 0.005
+"""How long behind a frame the joystick is moved: the converter and its filter have the rest of 60 ms. A choice."""
 
 
 def _joystick(vehicle: Vehicle, x_count: int, y_count: int) -> Frame:
@@ -77,6 +81,25 @@ def _require_stick(vehicle: Vehicle, x_count: int, y_count: int) -> None:
     got = _joystick(vehicle, x_count, y_count)
     across, along = _share(X_AXIS, x_count), _share(Y_AXIS, y_count)
     vehicle.require_frame(got, _manual(-across, max(0.0, along), max(0.0, -along)), f"at {x_count} and {y_count}")
+
+
+@on_board("VB64", lasts_s=2.5)
+def test_the_next_frame_says_where_the_joystick_is(vehicle: Vehicle) -> None:
+    vehicle.manual()
+    for counts, wanted in (
+        ((X_AXIS.greatest, Y_AXIS.greatest), _manual(-1.0, 1.0, 0.0)),
+        ((X_AXIS.least, Y_AXIS.least), _manual(1.0, 0.0, 1.0)),
+        ((X_AXIS.zero, Y_AXIS.zero), _manual(0.0, 0.0, 0.0)),
+    ):
+        mark = vehicle.mark()
+        vehicle.bench.run_until(lambda mark=mark: vehicle.mark() > mark, 0.3)  # type: ignore[misc]
+        moved_ns = vehicle.bench.now_ns
+        vehicle.run(MOVED_S)
+        vehicle.hands.set_joystick(*counts)
+        mark = vehicle.mark()
+        vehicle.wait_for(Mode.MANUAL, MODE_WITHIN_S, mark)
+        vehicle.simulator.require_punctual(moved_ns, MANUAL_S - MOVED_S, WHICH)
+        vehicle.require_frame(vehicle.frames(mark)[0], wanted, f"the frame behind a move to {counts}")
 
 
 @on_board("VB34", lasts_s=1.5)

@@ -7,8 +7,8 @@ from itertools import pairwise
 from hilbench.check import Untimely, Violation, at_most, near
 from hilbench.clock import NS_PER_S
 from hilbench.suites._vehicle import COMMAND_MISS_S, MISSES, MODE_WITHIN_S, TICK_S, Frame, Vehicle, on_board
-from hilbench.suites.vehicle_board._moves import AGENT_WAIT_S, F1
-from protocols.autoware import ControlMode, ControlModeReport, ControlModeRequest, ControlModeResponse
+from hilbench.suites.vehicle_board._moves import AGENT_WAIT_S, F1, PING_S
+from protocols.autoware import AgentPing, ControlMode, ControlModeReport, ControlModeRequest, ControlModeResponse
 from protocols.carla import COMMAND_BYTES, Mode
 
 BACK_S = 1.0
@@ -19,8 +19,10 @@ LATE_S = 25.0
 STILL_WAITS_S = 18.0
 """Well within the 20 s, so that a board's own count of them may be off."""
 
-PING_S = 1.0
-"""How often a board asks whether somebody is there."""
+CLOCKS = 4
+"""Seconds for which the time alone is told: more than the 3 s of silence that a board may take for absence (VB55H)."""
+PING_OFF_S = 0.02
+"""How far off a step between two of them may be: a turn of the loop that asks. A choice."""
 
 
 @on_board("VB03", lasts_s=21.0)
@@ -33,6 +35,12 @@ def test_without_an_agent_manual(vehicle: Vehicle) -> None:
         raise Violation(f"{len(bursts[0].data)} bytes came before the first frame of mode 4", vehicle.shown([first]))
     found_s = vehicle.since_s(vehicle.started_ns, first)
     near(found_s, AGENT_WAIT_S, TICK_S, unit="s", what="the first frame came after")
+    asked = [got for got, _ in vehicle.stack.since(0, AgentPing) if got.start_ns < first.start_ns]
+    doubt_s = vehicle.uncertainty_s(0)
+    for before, after in pairwise(asked):
+        step_s = (after.start_ns - before.start_ns) / NS_PER_S
+        near(step_s, PING_S, PING_OFF_S, unit="s", what="between pings", uncertainty=doubt_s)
+    near(len(asked), AGENT_WAIT_S / PING_S, 1, unit="pings", what="before that")
 
 
 def _nothing_commanded(vehicle: Vehicle) -> Frame:
@@ -83,6 +91,8 @@ def test_an_agent_is_waited_for(vehicle: Vehicle) -> None:
 @on_board("VB42", lasts_s=28.0)
 def test_a_late_agent_is_not_heard(vehicle: Vehicle) -> None:
     mark = _late_agent(vehicle)
+    vehicle.feed()
+    vehicle.run(0.3)
     vehicle.stack.send(ControlModeRequest(sequence=1, mode=ControlMode.AUTONOMOUS))
     vehicle.run(2.0)
     assert not vehicle.reports(0, ControlModeReport), "the mode is reported"
@@ -90,23 +100,31 @@ def test_a_late_agent_is_not_heard(vehicle: Vehicle) -> None:
     assert Mode.AUTOWARE not in vehicle.simulator.modes(mark), "the request is obeyed"
 
 
-@on_board("VB42H", lasts_s=28.0)
+@on_board("VB42H", lasts_s=32.0)
 def test_an_agent_may_come_late(vehicle: Vehicle) -> None:
     mark = _late_agent(vehicle)
     assert vehicle.reports(0, ControlModeReport), "the mode is not reported"
+    for _ in range(CLOCKS):
+        vehicle.stack.set_clock(vehicle.bench.now_ns)
+        vehicle.run(1.0)
+    vehicle.stack.set_clock(vehicle.bench.now_ns)
+    stack_mark = vehicle.stack.mark()
+    vehicle.run(0.3)
+    assert vehicle.reports(stack_mark, ControlModeReport), "the mode is not reported to who tells the time alone"
+    vehicle.feed()
+    vehicle.run(0.3)
     answer = vehicle.stack.request(ControlMode.AUTONOMOUS)
     assert answer.success, "the request is refused"
     vehicle.wait_for(Mode.AUTOWARE, MODE_WITHIN_S, mark)
 
 
 def _late_agent(vehicle: Vehicle) -> int:
-    """Have the agent come after 25 s, with commands; return a mark in the frames from then on."""
+    """Have the agent come after 25 s, and command nothing yet; return a mark in the frames from then on."""
     vehicle.stack.online = False
     vehicle.feed(command_hz=None)
     vehicle.run(LATE_S)
     mark = vehicle.mark()
     vehicle.stack.go_online()
-    vehicle.feed()
     vehicle.run(0.3)
     return mark
 

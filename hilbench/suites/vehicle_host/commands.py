@@ -14,15 +14,16 @@ OTHER_WAY = CommandFrame(
 )
 """To the right, in reverse and braking: each sign that F1 does not have."""
 
+OTHER_ACKERMANN = AckermannCommand(
+    steering_rad=-0.48, steering_rate_rad_s=-0.3, speed_m_s=-2.0, acceleration_m_s2=-3.0, jerk_m_s3=-0.5
+)
+
 
 @on_host("VS01", lasts_s=0.3)
 def test_a_command_of_mode_1(host: Host) -> None:
     host.say(F1)
     host.say(encode_command(OTHER_WAY))
-    other = AckermannCommand(
-        steering_rad=-0.48, steering_rate_rad_s=-0.3, speed_m_s=-2.0, acceleration_m_s2=-3.0, jerk_m_s3=-0.5
-    )
-    host.require(ACKERMANN, other)
+    host.require(ACKERMANN, OTHER_ACKERMANN)
 
 
 @on_host("VS02", lasts_s=0.3)
@@ -36,6 +37,13 @@ def test_a_command_of_mode_4(host: Host) -> None:
 def test_an_emergency_stops_the_car(host: Host) -> None:
     host.say(F3)
     host.require(AckermannCommand())
+
+
+@on_host("VS29", lasts_s=0.3)
+def test_a_frame_of_mode_0_is_handed_on_as_it_is(host: Host) -> None:
+    for command in (COMMAND, OTHER_WAY):
+        host.say(encode_command(replace(command, mode=Mode.EMERGENCY)))
+    host.require(ACKERMANN, OTHER_ACKERMANN)
 
 
 @on_host("VS04", lasts_s=0.8)

@@ -8,7 +8,7 @@ from typing import Any
 from hilbench.plugins.protocol import API, ProtocolPlugin, Quantity, Recorded
 from protocols.autoware import decoding as stack_line
 from protocols.autoware.stand_in import longest_frame
-from protocols.carla import COMMAND_LAYOUT
+from protocols.carla import COMMAND_LAYOUT, VECTORS
 from protocols.carla import decoding as simulator_line
 from protocols.carla.clause import Clause
 from targets.robots.vehicle_interface import LINE_BAUD
@@ -54,6 +54,7 @@ CARLA = ProtocolPlugin(
     encode=simulator_line.encode,
     quantities=_of_simulator,
     regions=simulator_line.regions,
+    fixed={"EMERGENCY": VECTORS["F3"].data},
     longest_frame=COMMAND_LAYOUT.length + len(COMMAND_LAYOUT.padding),
     clauses=_clauses,
     baud=LINE_BAUD,

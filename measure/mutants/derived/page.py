@@ -21,7 +21,8 @@ and timers and edges off its state machines: nothing is written down for a proto
 many, one too few, with the other sign, with its bytes the other way round, exchanged with the one behind it; each
 message is lost, doubled, late, early, behind the next one; each rule of the checksum is bent; each timer runs half and
 twice its time; each edge is refused, leads nowhere, or does nothing. *says* is what the peer sends, *hears* what it
-receives. What stands around every message is changed in all of them at once.
+receives. What stands around every message is changed in all of them at once. Of a frame that the specification gives
+byte for byte (`fixed` of the record: EMERGENCY of CARLA, whose figures are all 0), none is made that leaves it so.
 
 Every mutant is run in virtual time, *at a port*, where the bench can do what a bench with a port can, and *as a model*,
 where it can do everything; in both against the cases in which it does anything that the right peer does not, and until

@@ -106,40 +106,24 @@ REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
             (r"hears:\w+:(late|doubled|reordered)", "unasked: the case looks only at what is so in the end"),
         ),
         "p2os-client": (
-            (r"SYNC1_SENT/ECHO0", "unasked: the answer that does not come is asked for again, as C05 and C11 allow"),
-            (r"says:CONFIG:argument", "unasked: no clause asks for this argument of a client's command"),
-            (r"says:.*:early", "unasked: C33 asks how soon a command is sent, and the one behind it is said instead"),
+            (r"SYNC1_SENT/ECHO0:stays", f"{EQUIVALENT}: C05, 'the client restarts or repeats, and succeeds'"),
             (r"KEEPALIVE:halved", f"{EQUIVALENT}: C22, 'some packet at least every 1 s'"),
             (
-                r"OPEN/RESET",
-                "unasked: the echo of the next PULSE tells that the session is gone; no clause limits how soon",
-            ),
-            (
                 r"SYNC0_SENT/SIP:(idle|stays)",
-                "unasked: the next SIP, 100 ms later, makes up for it; no clause asks for CLOSE at once",
+                f"{EQUIVALENT}: C07, 'SIPs of type 32 instead of an echo: the client sends CLOSE, waits, sends SYNC0'",
             ),
-            (r"hears:ConfigPacket:doubled", "unasked: no clause asks what a second CONFIG changes"),
+            (r"hears:ConfigPacket:doubled", f"{EQUIVALENT}: C31, 'each is understood', and the second says the same"),
         ),
         "carla-host": (
             (
                 r"LINKED/SILENCE:stays",
-                "unasked: VS26H asks what the car is commanded, not what is thought of the board",
-            ),
-            (
-                r"hears:MANUAL:(jerk|steering_rate)",
-                f"{EQUIVALENT}: VS27H, F2 is handed on 'as far as steer, throttle and brake go'",
+                f"{EQUIVALENT}: VS26H, 'commanded to stop, once; the next frame, F2, is obeyed again': both do it",
             ),
         ),
         "carla-board": (
-            (r"MANUAL:(jerk|steering_rate)", "unasked: no clause asks that what MANUAL does not use is 0"),
-            (r"MANUAL:.*:stale", "unasked: a value one frame late; clauses look at a joystick that rests"),
             (
-                r"BoardState:(ABSENT|SEEKING)/AGENT_ONLINE",
-                "unasked: frames of the stack are taken whether an agent was found or not, and nothing else shows it",
-            ),
-            (
-                r"BoardState:PING",
-                "unasked: clauses ask how long the board seeks an agent (VB03, VB04H), not how often it pings",
+                r"BoardState:(SEEKING/GIVE_UP|(ABSENT|SEEKING)/AGENT_ONLINE:idle)",
+                f"{EQUIVALENT}: 'The link has no session: messages are taken and sent in every state' (its states.py)",
             ),
         ),
     }

@@ -15,7 +15,7 @@ from hilbench.judging.verdicts import Verdict
 from hilbench.links import Port
 from hilbench.terminal.options import CheckOptions
 from measure.mutants.derived.fields import Place, Reading
-from measure.mutants.derived.mutant import EVERY, Acting, Fault, Group, Mutant, faults_of
+from measure.mutants.derived.mutant import EVERY, Acting, Fault, Group, Mutant, changed, faults_of
 from measure.mutants.derived.relay import Relay
 from measure.mutants.derived.subjects import Subject, opened
 from measure.mutants.wire import Way
@@ -143,7 +143,11 @@ def derive(subject: Subject, tape: Tape) -> list[Mutant]:
             made += _of_envelope(way, messages)
         for message, fields in messages.items():
             made += [Mutant(fault=fault, way=way, message=message) for fault in faults_of(Group.MESSAGE, way)]
-            made += _of_fields(way, message, fields, _shared(messages))
+            made += [
+                mutant
+                for mutant in _of_fields(way, message, fields, _shared(messages))
+                if way is Way.IN or not _is_right(mutant, subject.record.fixed.get(message))
+            ]
     found = {mutant.id: mutant for mutant in (*made, *_of_machine(subject, tape))}
     return [found[id_] for id_ in sorted(found)]
 
@@ -217,6 +221,15 @@ def _of_fields(way: Way, message: str, fields: dict[str, _Field], shared: frozen
             places = one.pairs if fault is Fault.NEIGHBOUR else one.places
             if places and _makes_sense(fault, one):
                 yield Mutant(fault=fault, way=way, message=message, name=name, places=places)
+
+
+def _is_right(mutant: Mutant, raw: bytes | None) -> bool:
+    """The specification gives the frame, and the fault leaves it as it is."""
+    places = None if raw is None else mutant.places.get(len(raw))
+    if raw is None or places is None:
+        return False
+    data = places[0].of(raw)
+    return changed(mutant.fault, raw, places, data, data) == raw
 
 
 def _makes_sense(fault: Fault, one: _Field) -> bool:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from measure.mutants.vehicle.changes import Sends
 from measure.mutants.vehicle.mutant import VehicleMutant
-from protocols.carla import FULL_SCALE, X_AXIS, Y_AXIS, Axis
+from protocols.carla import FULL_SCALE, X_AXIS, Y_AXIS, Axis, CommandFrame, Mode, decode_command, encode_command
 
 
 class _CubicAxis(Axis):
@@ -19,7 +20,44 @@ def _cubic(axis):
     return _CubicAxis(least=axis.least, zero=axis.zero, greatest=axis.greatest, dead_band=axis.dead_band)
 
 
+class _OneFrameBehind(Sends):
+    """Says where the joystick was at the frame before."""
+
+    _before = b""
+
+    def changed(self, data):
+        if decode_command(data).mode != Mode.MANUAL:
+            return data
+        before, self._before = self._before, data
+        return before or data
+
+
+class _KeepsTheRate(Sends):
+    """In MANUAL the rate of the last command stands where nothing is said."""
+
+    _last = CommandFrame()
+
+    def changed(self, data):
+        frame = decode_command(data)
+        if frame.mode == Mode.MANUAL:
+            return encode_command(replace(frame, steering_rate=self._last.steering_rate))
+        self._last = frame
+        return data
+
+
 FAULTS = (
+    VehicleMutant(
+        id="joystick-behind",
+        what="each frame of MANUAL says where the joystick was at the one before",
+        about=("VB64",),
+        kind=_OneFrameBehind,
+    ),
+    VehicleMutant(
+        id="rate-in-manual",
+        what="the rate of the last command stays in frames of MANUAL",
+        about=("VB17", "VB19", "VB20"),
+        kind=_KeepsTheRate,
+    ),
     VehicleMutant(
         id="narrow-dead-band",
         what="a dead band of 400",

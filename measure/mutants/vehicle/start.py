@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from measure.mutants.vehicle.mutant import VehicleMutant
+from protocols.autoware import AgentFound, AgentPing, encode_frame, encode_message
 from protocols.carla import Mode
 from targets.robots.vehicle_interface import STACK_LINE, VehicleInterface
 
@@ -36,7 +37,41 @@ class _HearsNobodyAfterSeventeenSeconds(_HearsNobodyAfterTwoSeconds):
     _listens_s = 17.0
 
 
+_PING = encode_frame(encode_message(AgentPing()))
+
+
+class _AsksHalfAsOften(VehicleInterface):
+    """Leaves out every second ping."""
+
+    _pings = 0
+
+    def _from_stack(self, events, now_ns):
+        return [(line, data) for line, data in super()._from_stack(events, now_ns) if data != _PING or self._is_odd()]
+
+    def _is_odd(self):
+        self._pings += 1
+        return self._pings % 2 == 1
+
+
+class _HearsCommandsAlone(VehicleInterface):
+    """Commands and requests are all by which it knows that the driving stack is there."""
+
+    def receive(self, line, data, now_ns):
+        if line != STACK_LINE:
+            return super().receive(line, data, now_ns)
+        sent = self.advance(now_ns)
+        found = [event for event in self.stack.receive(data, now_ns) if not isinstance(event, AgentFound)]
+        return sent + self._from_stack(found, now_ns)
+
+
 FAULTS = (
+    VehicleMutant(id="ping-2s", what="an agent is asked for every 2 s", about=("VB03",), kind=_AsksHalfAsOften),
+    VehicleMutant(
+        id="agent-by-commands",
+        what="only commands and requests tell that the agent is there",
+        about=("VB42H",),
+        kind=_HearsCommandsAlone,
+    ),
     VehicleMutant(
         id="agent-2s",
         what="an agent that comes from 2 to 20 s after the first ping is not heard",

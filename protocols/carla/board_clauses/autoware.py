@@ -14,7 +14,7 @@ CLAUSES: tuple[Clause, ...] = (
         text=(
             "With the agent there, the command 0.5 rad, 0.1 rad/s, 5 m/s, 1 m/s^2, 0.2 m/s^3 and statuses at 20 Hz the "
             "board sends F1: 30 bytes, the last of them 00, steering and its rate times 1.2. So with -0.4 rad, "
-            "0.25 rad/s, -2 m/s, -3 m/s^2, -0.5 m/s^3."
+            "0.25 rad/s, -2 m/s, -3 m/s^2, -0.5 m/s^3. It asks no further whether the agent is there."
         ),
         sources=(TASK, f"{UTILS} vGetStringFromControlAction"),
         profiles=ALL,

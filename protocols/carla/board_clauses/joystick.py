@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from protocols.carla.board_clauses._common import ALL, HARDENED, SHIPPED, STICK, SUITE
+from protocols.carla.board_clauses._common import ALL, HARDENED, NOT_V1, SHIPPED, STICK, SUITE
 from protocols.carla.clause import CHOICE, REPORT, TASK, UTILS, Clause
 
 CLAUSES: tuple[Clause, ...] = (
@@ -79,6 +79,19 @@ CLAUSES: tuple[Clause, ...] = (
         ),
         sources=(f"{UTILS} fGetJoyPostition", f"{REPORT}, equation 1"),
         profiles=ALL,
+        needs=STICK,
+    ),
+    Clause(
+        id="VB64",
+        suite=SUITE,
+        level="must",
+        title="The next frame says where the joystick is",
+        text=(
+            "In MANUAL the joystick is moved 5 ms behind a frame, to its upper ends, its lower ends and to rest: the "
+            "next frame of mode 4 says so in S, V and A."
+        ),
+        sources=(f"{TASK}: the joystick is read just before its frame is sent",),
+        profiles=NOT_V1,
         needs=STICK,
     ),
 )

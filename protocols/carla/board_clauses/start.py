@@ -11,7 +11,10 @@ CLAUSES: tuple[Clause, ...] = (
         suite=SUITE,
         level="must",
         title="Without an agent MANUAL, after 20 s",
-        text="Without an agent the first frame comes 20.0 s after the first ping and has mode 4.",
+        text=(
+            "Without an agent pings come 1.0 s apart, and the first frame 20.0 s after the first of them; it has mode "
+            "4."
+        ),
         sources=(f"{TASK}, TIMEOUT_MICRO_ROS_AGENT", f"{MICRO_ROS} rmw_uros_ping_agent(1000, 20)"),
         profiles=ALL,
         needs=("board", "stack", "boot"),
@@ -86,7 +89,8 @@ CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="An agent may come late",
         text=(
-            "The agent comes 25 s after the start: the mode is reported, a request for AUTOWARE is granted and obeyed."
+            "The agent comes 25 s after the start: the mode is reported, and so while for 4 s the time alone is told; "
+            "then, with commands, a request for AUTOWARE is granted and obeyed."
         ),
         sources=(CHOICE,),
         profiles=HARDENED,

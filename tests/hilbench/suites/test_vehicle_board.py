@@ -77,7 +77,7 @@ def test_each_clause_finds_a_faulty_board():
     assert verdicts.found_by == {clause.id for clause in BOARD_CLAUSES}
 
 
-OF_TIME = {"VB05", "VB05H", "VB06", "VB08", "VB14", "VB30H", "VB40", "VB40H", "VB44", "VB45", "VB57", "VB57H"}
+OF_TIME = {"VB05", "VB05H", "VB06", "VB08", "VB14", "VB30H", "VB40", "VB40H", "VB44", "VB45", "VB57", "VB57H", "VB64"}
 """What is about times that 100 ms blur: which of the frames that come 100 ms apart has which cause."""
 
 

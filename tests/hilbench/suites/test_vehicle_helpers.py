@@ -9,6 +9,7 @@ import pytest
 from hilbench.check import Inconclusive, Violation
 from hilbench.judging.recorder import recording
 from hilbench.suites._vehicle import TICK_S, Vehicle
+from protocols.carla import CommandFrame, Mode
 from tests.each import each
 
 
@@ -54,3 +55,29 @@ def test_a_gap_is_judged_as_far_as_the_bench_can_tell(doubt_s, outcome):
     first, second = (SimpleNamespace(start_ns=ns) for ns in (0, 107_881_000))
     with pytest.raises(outcome):
         vehicle.require_gap(first, second, 0.1089, 0.1611, "the gap")
+
+
+@each(
+    ("said", "wrong"),
+    [
+        ({}, False),
+        ({"steering": -0.0, "speed": 1 / 65_535}, False),
+        ({"steering": -1.0327, "acceleration": 1.0327}, False),
+        ({"speed": 3.0, "mode": Mode.AUTOWARE}, False),
+        ({"jerk": 1e-38}, True),
+        ({"steering_rate": 0.12}, True),
+        ({"speed": -0.5}, True),
+        ({"speed": 0.5, "acceleration": 0.5}, True),
+        ({"steering": 2.0}, True),
+        ({"steering": 1.8e-43}, True),
+    ],
+)
+def test_a_frame_of_manual_says_what_a_joystick_can(said, wrong):
+    vehicle = object.__new__(Vehicle)
+    frame = CommandFrame(**{"mode": Mode.MANUAL, **said})
+    vehicle.frames, vehicle.shown = lambda: [SimpleNamespace(packet=frame)], lambda _frames: ()
+    if wrong:
+        with pytest.raises(Violation, match="what no joystick does"):
+            vehicle.require_manual_frames()
+    else:
+        vehicle.require_manual_frames()
