@@ -13,7 +13,7 @@
 #define PAGE 8u
 #define FLASH_PLACE 0x1000u
 #define COUNT 40u
-#define G 16384 // of ±2 g
+#define G 16384 // at a full scale of 2 g
 
 static const struct spi_settings fast = {18000000, 0}, slow = {4000000, 3};
 static bool has_imu;
