@@ -873,9 +873,9 @@ SERVER_CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="Inputs are those of the connector",
         text=(
-            "Levels and voltages at the inputs of the user I/O connector are changed, and ADSEL with them: the second "
-            "SIP behind that has the byte of the levels and the voltage of that port, 0 to 255 for 5 V; the IO packet "
-            "the byte, and the voltages of all ports with ten bits."
+            "Levels and voltages at the inputs of the user I/O connector are changed, and ADSEL with them: the next "
+            "SIP has the byte of the levels and the voltage of that port, 0 to 255 for 5 V; the next IO packet the "
+            "byte, and the voltages of all ports with ten bits."
         ),
         sources=(f"{MANUAL}: DIGIN, ANALOG and ADSEL", ARIA),
         needs=("server", "user-io"),

@@ -185,8 +185,7 @@ def test_inputs_are_those_of_the_connector(peer: Peer, bench: VirtualCase) -> No
     session = Session(peer)
     for port, (levels, voltages) in enumerate(INPUTS, start=2):
         bench.drive_inputs(levels, voltages)
-        session.next_after(session.send(_C.ADSEL, port))
-        sip = session.next().sip
+        sip = session.next_after(session.send(_C.ADSEL, port)).sip
         session.send(_C.IOREQUEST, 1)
         io = peer.expect(IoPacket, SIP_WITHIN_S, what="IO packet")
         for packet, found, wanted in (
