@@ -38,11 +38,11 @@ class TimedReader(Generic[ItemT]):
 
     def receive(self, data: bytes, at_ns: int) -> Iterator[ItemT]:
         """Take the bytes that came at a bench time, in ns; give what they complete, each item at its last byte."""
-        for index in range(len(data)):
+        for byte in (data,) if len(data) == 1 else (data[index : index + 1] for index in range(len(data))):
             self.bytes_received += 1
             self._byte_times_ns.append(at_ns)
-            self.begun = (self.begun + data[index : index + 1])[-_KEPT_BEGUN:]
-            for item in self._read(data[index : index + 1], at_ns):
+            self.begun = (self.begun + byte)[-_KEPT_BEGUN:]
+            for item in self._read(byte, at_ns):
                 self.begun = b""
                 yield item
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections import deque
 from collections.abc import Callable
@@ -267,8 +268,8 @@ class Transmitter:
             self._let_out(list(itertools.islice(self._queue, self._shifting)), now_ns)
 
     def _book_end(self, end_ns: int) -> None:
-        generation = self._generation
-        self._timeline.at(end_ns, lambda: self._end(generation), order=EventClass.BYTE, source=self._source)
+        action = functools.partial(self._end, self._generation)
+        self._timeline.at(end_ns, action, order=EventClass.BYTE, source=self._source)
 
     def _bytes_to_shift(self) -> int:
         if self._injector is not None or (self._domain is not None and self._group == 1):
@@ -302,11 +303,13 @@ class Transmitter:
         if self._bulk:
             self._end_bulk()
             return
-        out = [self._queue.popleft() for _ in range(self._shifting)]
-        self._judged = max(0, self._judged - self._shifting)
+        queue, count = self._queue, self._shifting
+        out = [queue.popleft()] if count == 1 else [queue.popleft() for _ in range(count)]
+        if self._judged:
+            self._judged = max(0, self._judged - count)
         self._shifting = 0
         now_ns = self._timeline.now_ns
-        if self._queue:
+        if queue:
             self._start_next()
         if not self._at_start:
             self._let_out(out, now_ns)
