@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import re
 import threading
 from collections.abc import Iterator, Mapping
 from ctypes import (
@@ -37,25 +38,32 @@ __all__ = ["DdsError", "Endpoint", "Participant", "Watch"]
 _POLICIES: Mapping[int, str] = MappingProxyType(
     {
         2: "durability",
+        3: "presentation",
         4: "deadline",
+        5: "latency budget",
         6: "ownership",
         8: "liveliness",
         11: "reliability",
         12: "destination order",
-        23: "data representation",
+        25: "data representation",
     }
 )
-"""Which quality of service is meant by its number (ddsc/dds_public_qosdefs.h)."""
+"""Which quality of service is meant by its number (ddsc/dds_public_qosdefs.h); the others have to suit nothing."""
+
+_NAME = re.compile(r"[!%&()+,\-./0-9:;<=>@A-Z\\^_`a-z{|}~]{1,256}")
+"""What Cyclone DDS takes as a topic, and OMG DDSI-RTPS 2.3 (table 9.12) as its length; 64 KiB would end the process."""
 
 _DESCRIBES_NOTHING = (c_uint32 * 2)(0x04 << 24, 0)
 """A structure without members (dds_opcodes.h: DLC, RTS): no sample is looked into; in XCDR1 it has no header."""
-_XCDR1, _IGNORE_PARTICIPANT, _KEEP_LAST, _SDK_DATA = 0, 2, 0, 2
+_XCDR1, _IGNORE_PARTICIPANT, _KEEP_LAST, _SDK_DATA = 0, 1, 0, 2
 _UNLIMITED = -1
 _LIBRARY = 0x7FFF_0100
 """The entity that everything belongs to (dds.h: DDS_CYCLONEDDS_HANDLE)."""
 _FOR_EVER = 0x7FFF_FFFF_FFFF_FFFF
 _INCOMPATIBLE_OFFERED, _INCOMPATIBLE_REQUESTED, _DATA = 1 << 3, 1 << 4, 1 << 8
-_HEADER_BYTES = 4
+_HEADER_BYTES, _PADDING = 4, 3
+"""Before a sample: two bytes for the encoding, and two whose last bits say how many behind it are none of it
+(DDS-XTypes 1.3, 7.6.3.1.2). What is not padded here is by Cyclone DDS, with whatever stood in its memory."""
 _AT_ONCE = 64
 
 
@@ -241,6 +249,17 @@ class Participant:
         self.watch.library.dds_delete(self.handle)
 
 
+def _name(said: str) -> bytes:
+    """Return a name for C.
+
+    Raises:
+        DdsError: it is none.
+    """
+    if not _NAME.fullmatch(said):
+        raise DdsError(f"{said!a:.40} is no name in DDS")
+    return said.encode()
+
+
 class Endpoint:
     """A writer or a reader.
 
@@ -254,7 +273,7 @@ class Endpoint:
         depth: how many samples are kept.
 
     Raises:
-        DdsError: Cyclone DDS does not make it.
+        DdsError: a name is none, or Cyclone DDS does not make it.
     """
 
     def __init__(
@@ -271,11 +290,11 @@ class Endpoint:
         watch = participant.watch
         self._library, self._checked = watch.library, watch.checked
         self._writes = writes
-        ops = ctypes.cast(_DESCRIBES_NOTHING, c_void_p)
-        described = _Descriptor(size=1, align=1, type_name=type_name.encode(), op_count=2, ops=ops, meta=b"")
-        name = topic.encode()
+        self._handle, self._sertype = 0, c_void_p()
+        ops, kind = ctypes.cast(_DESCRIBES_NOTHING, c_void_p), _name(type_name)
+        described = _Descriptor(size=1, align=1, type_name=kind, op_count=2, ops=ops, meta=b"")
         self._topic = self._checked(
-            self._library.dds_create_topic(participant.handle, byref(described), name, None, None)
+            self._library.dds_create_topic(participant.handle, byref(described), _name(topic), None, None)
         )
         qos = self._library.dds_create_qos()
         try:
@@ -287,23 +306,24 @@ class Endpoint:
             self._library.dds_qset_data_representation(qos, 1, byref(c_int16(_XCDR1)))
             make = self._library.dds_create_writer if writes else self._library.dds_create_reader
             self._handle = self._checked(make(participant.handle, self._topic, qos, None))
+            self._checked(self._library.dds_get_entity_sertype(self._handle, byref(self._sertype)))
+            told = _INCOMPATIBLE_OFFERED if writes else _INCOMPATIBLE_REQUESTED | _DATA
+            self._checked(self._library.dds_set_status_mask(self._handle, told))
+            self._checked(self._library.dds_waitset_attach(watch.handle, self._handle, 0))
         except DdsError:
-            self._library.dds_delete(self._topic)
+            self.close()
             raise
         finally:
             self._library.dds_delete_qos(qos)
-        self._sertype = c_void_p()
-        self._checked(self._library.dds_get_entity_sertype(self._handle, byref(self._sertype)))
-        told = _INCOMPATIBLE_OFFERED if writes else _INCOMPATIBLE_REQUESTED | _DATA
-        self._checked(self._library.dds_set_status_mask(self._handle, told))
-        self._checked(self._library.dds_waitset_attach(watch.handle, self._handle, 0))
 
-    def write(self, data: bytes) -> None:
-        """Write a sample: CDR behind its header of 4 bytes, little-endian.
+    def write(self, sample: bytes) -> None:
+        """Write a sample: CDR without a header, little-endian.
 
         Raises:
             DdsError: it cannot be taken, because reliable readers are too slow, say.
         """
+        padding = -len(sample) & _PADDING
+        data = bytes((0, 1, 0, padding)) + sample + bytes(padding)
         vector = _Vector(data, len(data))
         made = self._library.ddsi_serdata_from_ser_iov(self._sertype, _SDK_DATA, 1, byref(vector), len(data))
         if made is None:
@@ -311,7 +331,7 @@ class Endpoint:
         self._checked(self._library.dds_writecdr(self._handle, made))
 
     def take(self) -> Iterator[bytes]:
-        """Take all samples that have come: CDR behind its header of 4 bytes.
+        """Take all samples that have come: CDR without a header.
 
         Raises:
             DdsError: they cannot be taken.
@@ -324,7 +344,7 @@ class Endpoint:
                 self._library.ddsi_serdata_to_ser(sample, 0, size, data)
                 self._library.ddsi_serdata_unref(sample)
                 if info.valid_data and size >= _HEADER_BYTES:
-                    yield data.raw
+                    yield data.raw[_HEADER_BYTES : size - (ord(data[3]) & _PADDING)]
 
     def mismatch(self) -> str:
         """Return which quality of service of another end has not suited since the last call; empty for none."""

@@ -16,10 +16,11 @@ from hashlib import blake2b
 
 from hilbench.bench import Bench
 from hilbench.clock import EventClass
+from hilbench.errors import UnavailableError
+from hilbench.files.names import printable
 from hilbench.systems.xrce_agent.cyclone import DdsError, Endpoint, Participant, Watch
 from hilbench.terminal.options import ITS_DOMAINS
 from protocols.xrce import AgentService, Mismatch, Reader, SampleIdentity, StoredSample, Writer
-from protocols.xrce.cdr import encapsulate
 
 __all__ = ["DdsDomain"]
 
@@ -28,7 +29,6 @@ _REQUEST, _REPLY = "rq/", "rr/"
 _ID_BYTES, _HEADER_BYTES = 8, 16
 _FROM_DDS = bytes(8)
 """What the first half of a requester's GUID is if it is not one of ours; see `protocols.xrce.entities`."""
-_PADDING = 3
 _WHY = {
     "reliability": "the reader wants a reliable writer, and the writer is best-effort",
     "durability": "the reader wants samples from before its time, and the writer keeps none, or not as long",
@@ -65,9 +65,16 @@ class DdsDomain:
             transmit: puts on the agent's lines what it wants there.
 
         Raises:
-            UnavailableError: Cyclone DDS is not installed, or does not start.
+            UnavailableError: Cyclone DDS is not installed, or does not start, or cannot join a domain.
         """
         self._watch = Watch()
+        domain_id = 0 if self._domain_id == ITS_DOMAINS else self._domain_id
+        try:
+            Participant(self._watch, domain_id).close()  # now, where somebody reads what is wrong, not with a client
+        except DdsError as error:
+            self._watch.close()
+            hint = "the line before says why; interfaces are those that CYCLONEDDS_URI names"
+            raise UnavailableError(f"DDS domain {domain_id} cannot be joined: {error}", hint=hint) from None
         self._bench, self._name, self._agent, self._transmit = bench, name, agent, transmit
         agent.space.outside = self
         bench.scheduler.add_source(self)
@@ -116,7 +123,7 @@ class DdsDomain:
             self._tell(writer, "a client writes big-endian, which is not handed on to DDS")
             return
         try:
-            self._endpoints[id(writer)][1].write(encapsulate(header + sample.data))
+            self._endpoints[id(writer)][1].write(header + sample.data)
         except DdsError as error:
             self._tell(writer, f"a sample was not handed on to DDS: {error}")
 
@@ -157,7 +164,7 @@ class DdsDomain:
         if key not in self._told:
             self._told.add(key)
             self._bench.record_event(self._name, Mismatch(domain_id=one.domain_id, topic=one.topic.name, why=why))
-            self._say(f"{self._bench.now_s:10.3f} s  {one.topic.name}: {why}")
+            self._say(printable(f"{self._bench.now_s:10.3f} s  {one.topic.name}: {why}"))
 
     # --- services
 
@@ -177,7 +184,6 @@ class DdsDomain:
 
     def _sample(self, reader: Reader, data: bytes) -> StoredSample | None:
         """What a reader is handed of a sample from DDS; None if it is no request or reply."""
-        data = data[4 : len(data) - (data[3] & _PADDING)]
         topic = reader.topic.name
         if not topic.startswith((_REQUEST, _REPLY)):
             return StoredSample(data=data)

@@ -11,7 +11,6 @@ import signal
 import struct
 import subprocess
 import sys
-import uuid
 from pathlib import Path
 
 import pytest
@@ -46,6 +45,11 @@ class Board(Client):
     def make(self, object_id, made):
         self._request += 1
         self.put(xrce.Create(request_id=self._request, object_id=object_id, object=made))
+        assert self.hear(5)[4] == 0
+
+    def drop(self, object_id):
+        self._request += 1
+        self.put(xrce.Delete(request_id=self._request, object_id=object_id))
         assert self.hear(5)[4] == 0
 
     def speed(self, flags=KEEPS):
@@ -107,17 +111,6 @@ class Peer:
         assert self._process.wait(PATIENCE_S) == 0
 
 
-@pytest.fixture
-def domain():
-    """A domain of its own at the loopback interface, for all processes that are begun with this environment."""
-    uri = (
-        "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces>"
-        "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
-        f"<Peers><Peer address='127.0.0.1'/></Peers><Tag>{uuid.uuid4()}</Tag></Discovery></Domain></CycloneDDS>"
-    )
-    return {"CYCLONEDDS_URI": uri}
-
-
 class Bed:
     """Begins agents, boards and peers; all end with it."""
 
@@ -173,6 +166,41 @@ def test_two_agents_hand_on_nothing_from_each_other(bed):
         for board in boards:
             board.says(number)
             assert [one.hears() for one in boards] == [number, number]
+    for length in (1, 2, 3):  # which are padded on their way
+        boards[0].write(WRITER, b"\xff" * length)
+        assert [one.hear(9)[4:] for one in boards] == [b"\xff" * length] * 2
+
+
+@NEEDS_CYCLONE
+@SERVED
+def test_a_name_that_dds_does_not_have_is_said_and_ends_nothing(bed):
+    process, port = bed.agent("--dds")
+    board, node = bed.board(port), bed.peer("node", TOPIC)
+    for number, (name, kind) in enumerate((("rt/\udcff\x1b[1m\n", TYPE), (TOPIC, "\udcff"), ("a" * 257, TYPE)), 1):
+        topic = xrce.TopicBinary(topic_name=name, type_name=kind)
+        board.make(DDS_TOPIC, xrce.Topic(representation=topic, participant_id=PARTICIPANT))
+        board.make(PUBLISHER, xrce.Publisher(representation=xrce.PublisherBinary(), participant_id=PARTICIPANT))
+        writes = xrce.DataWriterBinary(topic_id=DDS_TOPIC)
+        board.make(WRITER, xrce.DataWriter(representation=writes, publisher_id=PUBLISHER))
+        board.says(1)
+        said = process.hear("is no name in DDS", times=number)
+        assert said.count("it cannot be joined to DDS domain 0") == number
+        assert all(line.isprintable() for line in said.splitlines())
+        for object_id in (PUBLISHER, DDS_TOPIC):
+            board.drop(object_id)
+    board.speed()
+    board.says(2)
+    assert node.hears() == ["heard", "2.0"]
+
+
+@NEEDS_CYCLONE
+def test_a_domain_that_cannot_be_joined_is_said_before_anybody_comes(forkable):
+    process = forkable.run("serve", "xrce-agent", "--tcp", "0", "--dds", env={"CYCLONEDDS_URI": "<CycloneDDS><Odd/>"})
+    assert process.returncode == 3
+    assert process.error.splitlines()[-1] == (
+        "hilbench: DDS domain 0 cannot be joined: Error; the line before says why; interfaces are those that "
+        "CYCLONEDDS_URI names"
+    )
 
 
 @NEEDS_CYCLONE
