@@ -7,7 +7,7 @@
     geometry_msgs/Point[] path    any number of messages; of the own package without its name
 
 Grammar: docs.ros.org, Interfaces; ros2/rosidl, rosidl_adapter/parser.py. `byte` and `char` are unsigned, as there. Not
-read: `wstring`, whose characters have two sizes in use, and the types `time` and `duration` of ROS 1.
+read are the types `time` and `duration` of ROS 1.
 """
 
 from __future__ import annotations
@@ -58,10 +58,15 @@ _BOUNDS = MappingProxyType(
     | {code: (0, (1 << bits) - 1) for code, bits in zip("BHIQ", (8, 16, 32, 64), strict=True)}
 )
 _NAME = re.compile(r"[A-Za-z]\w*")
+_TEXTS = ("string", "wstring")
 _TYPE = re.compile(
-    r"(?P<base>[A-Za-z]\w*(?:/[A-Za-z]\w*){0,2})(?:<=(?P<bound>\d+))?(?P<array>\[(?:<=)?(?P<size>\d*)\])?$"
+    r"(?P<base>[A-Za-z]\w*(?:/[A-Za-z]\w*){0,2})(?:<=(?P<bound>\d{1,10}))?(?P<array>\[(?:<=)?(?P<size>\d{0,10})\])?$"
 )
-_LINE = re.compile(r"(?P<type>\S+)\s+(?P<name>\w+)\s*(?P<constant>=(?!=))?\s*(?P<value>.*)$")
+_LINE = re.compile(r"(?P<type>\S+)\s+(?P<name>\w+)(?:\s*(?P<constant>=)|\s|$)(?P<value>.*)$")
+_ELEMENT = r"""(?:\s*"(?:\\.|[^"\\])*"\s*|\s*'(?:\\.|[^'\\])*'\s*|[^,"']+)"""
+_ELEMENTS = re.compile(rf"\[(?:\s*|{_ELEMENT}(?:,{_ELEMENT})*)\]")
+_MOST = (1 << 32) - 1
+"""Elements: what the count of a sequence can say."""
 _SAID = re.compile(r"""(?:"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|[^#])*""")  # what stands before a comment
 _TRUTH = MappingProxyType({"true": True, "1": True, "false": False, "0": False})
 _SEPARATOR = "---"
@@ -72,8 +77,9 @@ class FieldType:
     """What a field holds.
 
     Attributes:
-        base: a name of `PRIMITIVES`, ``string``, or the full name of a message, as ``std_msgs/msg/Header``.
-        string_bound: the longest string, in bytes; None for any.
+        base: a name of `PRIMITIVES`, ``string``, ``wstring``, or the full name of a message, as
+            ``std_msgs/msg/Header``.
+        string_bound: the longest string, in bytes, of ``wstring`` in characters; None for any.
         is_array: it holds several.
         size: how many, or at most how many; None for any number.
         is_bounded: `size` is the most.
@@ -84,6 +90,11 @@ class FieldType:
     is_array: bool = False
     size: int | None = None
     is_bounded: bool = False
+
+    @property
+    def is_message(self) -> bool:
+        """It holds messages, neither numbers nor strings."""
+        return self.base not in PRIMITIVES and self.base not in _TEXTS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,7 +144,7 @@ def parse_message(name: str, text: str) -> MessageDefinition:
         LocalProtocolError: a line cannot be read, or a name stands there twice; the message names file and line.
     """
     package, kind, short = _full_name(name, "msg").split("/")
-    return _parse(f"{package}/{kind}/{short}", text.splitlines(), 1)
+    return _parse(f"{package}/{kind}/{short}", text.removeprefix("\ufeff").splitlines(), 1)
 
 
 def parse_service(name: str, text: str) -> ServiceDefinition:
@@ -147,7 +158,7 @@ def parse_service(name: str, text: str) -> ServiceDefinition:
         LocalProtocolError: see `parse_message`; or there is not one line of three dashes.
     """
     full = _full_name(name, "srv")
-    lines = text.splitlines()
+    lines = text.removeprefix("\ufeff").splitlines()
     borders = [at for at, line in enumerate(lines) if line.strip() == _SEPARATOR]
     if len(borders) != 1:
         raise LocalProtocolError(f"{full}: a service has one line {_SEPARATOR}, not {len(borders)}")
@@ -198,23 +209,23 @@ def _parse_line(line: str, package: str, known: Collection[str]) -> Field | Cons
     if not found["constant"]:
         default = _parse_default(kind, value) if value else None
         return Field(name=found["name"], type=kind, default=default)
-    if kind.is_array or kind.base not in (*PRIMITIVES, "string"):
+    if kind.is_array or kind.is_message:
         raise LocalProtocolError(f"a constant cannot be {found['type']}")
     return Constant(name=found["name"], type=kind, value=_parse_value(kind, value))
 
 
 def _parse_type(text: str, package: str) -> FieldType:
     found = _TYPE.match(text)
-    if found is None or found["base"] in ("wstring", "time", "duration"):
+    if found is None or found["base"] in ("time", "duration"):
         raise LocalProtocolError(f"{text!r} is no type that is known here")
     base = found["base"]
-    if base not in (*PRIMITIVES, "string"):
+    if base not in (*PRIMITIVES, *_TEXTS):
         base = _full_name(base if "/" in base else f"{package}/{base}", "msg")
-    if found["bound"] and base != "string":
+    if found["bound"] and base not in _TEXTS:
         raise LocalProtocolError(f"{text!r}: only a string has a bound of its own")
     size = int(found["size"]) if found["size"] else None
     is_bounded = "<=" in (found["array"] or "")
-    if size == 0 or (is_bounded and size is None):
+    if size == 0 or (size or 0) > _MOST or (is_bounded and size is None):
         raise LocalProtocolError(f"{text!r} is no size of an array")
     return FieldType(
         base=base,
@@ -228,22 +239,16 @@ def _parse_type(text: str, package: str) -> FieldType:
 def _parse_default(kind: FieldType, text: str) -> Value | tuple[Value, ...]:
     if not kind.is_array:
         return _parse_value(kind, text)
-    if not (text.startswith("[") and text.endswith("]")):
+    if not _ELEMENTS.fullmatch(text):
         raise LocalProtocolError(f"{text!r} is no default of an array")
-    values = tuple(_parse_value(kind, one) for one in _elements(text[1:-1]))
+    values = tuple(_parse_value(kind, one.strip()) for one in re.findall(_ELEMENT, text[1:-1].strip()))
     if kind.size is not None and not (len(values) == kind.size or (kind.is_bounded and len(values) < kind.size)):
         raise LocalProtocolError(f"{len(values)} defaults for an array of {kind.size}")
     return values
 
 
-def _elements(text: str) -> list[str]:
-    """What stands between commas that are not in quotes."""
-    found = re.findall(r"""\s*("(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|[^,"']+)\s*(?:,|$)""", text)
-    return [one.strip() for one in found]
-
-
 def _parse_value(kind: FieldType, text: str) -> Value:
-    if kind.base == "string":
+    if kind.base in _TEXTS:
         return _parse_text(kind, text)
     code = PRIMITIVES.get(kind.base)
     if code is None:

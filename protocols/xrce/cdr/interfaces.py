@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from protocols.xrce.cdr.definitions import PRIMITIVES, MessageDefinition, parse_message
+from protocols.xrce.cdr.definitions import MessageDefinition, parse_message
 from protocols.xrce.errors import LocalProtocolError
 
 __all__ = ["INTERFACES", "definition_of", "full_text"]
@@ -162,6 +162,6 @@ def full_text(name: str, text_of: Callable[[str], str | None]) -> str:
             raise LocalProtocolError(f"{one} is not known here")
         texts[one] = text
         fields = parse_message(one, text).fields
-        wanted += [field.type.base for field in fields if field.type.base not in (*PRIMITIVES, "string")]
+        wanted += [field.type.base for field in fields if field.type.is_message]
     first, *others = texts.items()
     return "\n".join((first[1], *(f"{_LINE}\nMSG: {one.replace('/msg/', '/')}\n{text}" for one, text in others)))

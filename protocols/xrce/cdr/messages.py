@@ -6,7 +6,8 @@
     message = types.decode("demo/msg/Values", data)
 
 A message is a dictionary of its fields; arrays are lists, those of `uint8`, `byte` and `char` bytes. A message without
-fields is one byte 0, as the C structures of ROS 2 need a member. In XRCE the data stand without a header, and the byte
+fields is one byte 0, as the C structures of ROS 2 need a member. Of `wstring` characters have two sizes in use: it is
+neither written nor read. In XRCE the data stand without a header, and the byte
 order is in the flags of the submessage; elsewhere there are four bytes before them (`encapsulate`).
 
 All of it is XCDR1 (OMG DDS-XTypes 1.3, 7.4.1), which ROS 2 has on the line: final structures, alignment up to 8.
@@ -14,10 +15,11 @@ All of it is XCDR1 (OMG DDS-XTypes 1.3, 7.4.1), which ROS 2 has on the line: fin
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any
 
-from protocols.xrce.cdr.codec import TEXT, Codec, Number
+from protocols.xrce.cdr.codec import Codec, Number
 from protocols.xrce.cdr.definitions import PRIMITIVES, FieldType, MessageDefinition
 from protocols.xrce.cdr.stream import CdrReader, CdrWriter
 from protocols.xrce.errors import LocalProtocolError, RemoteProtocolError
@@ -27,6 +29,8 @@ __all__ = ["MessageTypes", "decapsulate", "encapsulate"]
 _HEADER_BYTES = 4
 _IDENTIFIERS = {b"\0\0": False, b"\0\1": True}
 _BYTES = "B"
+_DEEPEST = 100
+"""Messages in each other: a choice, far below what Python can call."""
 _DUMMY = Number("B")
 
 
@@ -94,6 +98,8 @@ class MessageTypes:
         """How a message is written and read, put together when it is first needed."""
         if name in within:
             raise LocalProtocolError(f"{name} holds itself, by {' and '.join(within[within.index(name) :])}")
+        if len(within) == _DEEPEST:
+            raise LocalProtocolError(f"{name} is {_DEEPEST} messages deep in {within[0]}")
         if name not in self._codecs:
             inner = (*within, name)
             fields = {field.name: (self._field(field.type, inner), field.default) for field in self[name].fields}
@@ -104,6 +110,8 @@ class MessageTypes:
         code = PRIMITIVES.get(kind.base)
         if code is not None:
             return _Numbers(code, kind) if kind.is_array else _One(Number(code), 0.0 if code in "fd" else 0)
+        if kind.base == "wstring":
+            raise LocalProtocolError("wstring is neither written nor read here")
         if kind.base == "string":
             one = _One(_BoundedText(kind.string_bound), "")
         else:
@@ -114,13 +122,20 @@ class MessageTypes:
 class _Field(Codec):
     """A codec that knows what stands where nothing is said."""
 
-    empty: Any
+    @property
+    @abstractmethod
+    def empty(self) -> Any:
+        """That."""
 
 
 class _One(_Field):
     def __init__(self, codec: Codec, empty: Any) -> None:
         self._codec = codec
-        self.empty = empty
+        self._empty = empty
+
+    @property
+    def empty(self) -> Any:
+        return self._empty
 
     def write(self, out: CdrWriter, value: Any) -> None:
         self._codec.write(out, value)
@@ -138,15 +153,10 @@ class _BoundedText(Codec):
     def write(self, out: CdrWriter, value: Any) -> None:
         if not isinstance(value, str):
             raise LocalProtocolError(f"{value!r} is no string")
-        if self._most is not None and len(value.encode("utf-8", "surrogateescape")) > self._most:
-            raise LocalProtocolError(f"{value!r} is longer than {self._most} bytes")
-        TEXT.write(out, value)
+        out.text(value, self._most)
 
     def read(self, data: CdrReader) -> Any:
-        value = data.text()
-        if self._most is not None and len(value.encode("utf-8", "surrogateescape")) > self._most:
-            raise RemoteProtocolError(f"a string is longer than {self._most} bytes")
-        return value
+        return data.text(self._most)
 
 
 class _Array(_Field):
@@ -180,8 +190,11 @@ class _Numbers(_Array):
     def __init__(self, code: str, kind: FieldType) -> None:
         super().__init__(kind)
         self._code = code
+
+    @property
+    def empty(self) -> Any:
         count = self._fixed or 0
-        self.empty = bytes(count) if code == _BYTES else [0] * count
+        return bytes(count) if self._code == _BYTES else [0] * count
 
     def write(self, out: CdrWriter, value: Any) -> None:
         try:
@@ -212,7 +225,10 @@ class _Several(_Array):
     def __init__(self, one: _Field, kind: FieldType) -> None:
         super().__init__(kind)
         self._one = one
-        self.empty = [one.empty] * (self._fixed or 0)
+
+    @property
+    def empty(self) -> Any:
+        return [self._one.empty] * (self._fixed or 0)
 
     def write(self, out: CdrWriter, value: Any) -> None:
         if isinstance(value, str | bytes | Mapping) or not hasattr(value, "__len__"):
@@ -235,10 +251,11 @@ class _Message(Codec):
         if not isinstance(value, Mapping):
             raise LocalProtocolError(f"{value!r} is no message")
         if unknown := value.keys() - self._fields.keys():
-            raise LocalProtocolError(f"there is no field {', '.join(sorted(unknown))}")
+            raise LocalProtocolError(f"there is no field {', '.join(sorted(map(str, unknown)))}")
         for name, (codec, default) in self._fields.items():
+            absent = codec.empty if default is None and name not in value else default
             try:
-                codec.write(out, value.get(name, codec.empty if default is None else default))
+                codec.write(out, value.get(name, absent))
             except LocalProtocolError as error:
                 raise LocalProtocolError(f"{name}: {error}") from None
         if not self._fields:

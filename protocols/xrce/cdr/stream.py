@@ -73,16 +73,18 @@ class CdrWriter:
         """Writes bytes as they are."""
         self._data += data
 
-    def text(self, text: str) -> None:
-        """Writes a string.
+    def text(self, text: str, most: int | None = None) -> None:
+        """Writes a string of at most so many bytes, or of any length.
 
         Raises:
-            LocalProtocolError: it holds surrogates that stand for no byte.
+            LocalProtocolError: it is longer, or holds surrogates that stand for no byte.
         """
         try:
             data = text.encode(_ENCODING, "surrogateescape")
         except UnicodeEncodeError as error:
             raise LocalProtocolError(f"{text!r} cannot be written: {error}") from None
+        if most is not None and len(data) > most:
+            raise LocalProtocolError(f"{text!r} is longer than {most} bytes")
         self.number("I", len(data) + 1)
         self._data += data + b"\0"
 
@@ -163,15 +165,17 @@ class CdrReader:
             raise RemoteProtocolError(f"a sequence of {count} where {self.left} bytes are left")
         return count
 
-    def text(self) -> str:
-        """Takes a string; a length of 0, which some write, is the empty one.
+    def text(self, most: int | None = None) -> str:
+        """Takes a string of at most so many bytes, or of any length; a length of 0, which some write, is the empty one.
 
         Raises:
-            RemoteProtocolError: it is not all there, or does not end in NUL.
+            RemoteProtocolError: it is not all there, does not end in NUL, or is longer.
         """
         data = self.octets(self.count())
         if data and data[-1]:
             raise RemoteProtocolError("a string does not end in NUL")
+        if most is not None and len(data) > most + 1:
+            raise RemoteProtocolError(f"a string is longer than {most} bytes")
         return data[:-1].decode(_ENCODING, "surrogateescape")
 
     def numbers(self, code: str, count: int) -> tuple[Any, ...]:

@@ -27,6 +27,8 @@ uint8[] data
 int16[<=4] some [1, 2]
 string[] names ["a, b", 'c']
 string<=5[<=2] shorts
+wstring<=5[2] wide ['ä', "ö"]
+uint8[] none []
 std_msgs/Header header
 geometry_msgs/msg/Point[] path
 Own[2] own
@@ -34,7 +36,7 @@ Own[2] own
 
 
 def test_everything_that_a_message_can_hold():
-    found = parse_message("demo/Everything", EVERYTHING)
+    found = parse_message("demo/Everything", f"\ufeff{EVERYTHING}")  # as an editor of Windows begins a file
     assert found.name == "demo/msg/Everything"
     assert {one.name: one.value for one in found.constants} == {
         "NONE": 0,
@@ -53,6 +55,8 @@ def test_everything_that_a_message_can_hold():
         "position": (0.0, -1.5, 2.0),
         "some": (1, 2),
         "names": ("a, b", "c"),
+        "wide": ("ä", "ö"),
+        "none": (),
     }
     assert {one.name: one.type for one in found.fields} == {
         "mode": FieldType(base="int8"),
@@ -64,6 +68,8 @@ def test_everything_that_a_message_can_hold():
         "some": FieldType(base="int16", is_array=True, size=4, is_bounded=True),
         "names": FieldType(base="string", is_array=True),
         "shorts": FieldType(base="string", string_bound=5, is_array=True, size=2, is_bounded=True),
+        "wide": FieldType(base="wstring", string_bound=5, is_array=True, size=2),
+        "none": FieldType(base="uint8", is_array=True),
         "header": FieldType(base="std_msgs/msg/Header"),
         "path": FieldType(base="geometry_msgs/msg/Point", is_array=True),
         "own": FieldType(base="demo/msg/Own", is_array=True, size=2),
@@ -102,10 +108,18 @@ def test_a_service_is_two_messages():
         ("uint8<=3 a", "only a string has a bound"),
         ('string a "b', "a quote at one end"),
         ("string<=2 a abc", "longer than 2 bytes"),
-        ("wstring a", "no type that is known here"),
+        ("wstring[] A=[1]", "a constant cannot be wstring[]"),
         ("time a", "no type that is known here"),
         ("a/b/c/D x", "no type that is known here"),
         ("uint8? a", "no type that is known here"),
+        ("uint8[3][2] a", "no type that is known here"),
+        ("string a[3]", "no field and no constant"),
+        ("uint8[] a [1,,2]", "no default of an array"),
+        ("string[] a ['b' c]", "no default of an array"),
+        ("string[] a ['b', 'c]", "no default of an array"),
+        (f"uint8[{2**32}] a", "no size of an array"),
+        (f"uint8[{'9' * 5000}] a", "no type that is known here"),
+        (f"string<={'9' * 5000} a", "no type that is known here"),
     ],
 )
 def test_a_line_that_cannot_be_read_is_named(line, wrong):

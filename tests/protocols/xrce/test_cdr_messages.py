@@ -29,6 +29,7 @@ FILES = {
     "demo/Mixed": "uint8 a\nfloat64 b\nuint16 c\nbool d true",
     "demo/Texts": "string one\nstring<=3 two 'abc'\nstring[] many",
     "demo/Arrays": "float32[2] two\nuint8[] data\nint16[<=3] some [7]\nfloat64[] none\nbool[] flags",
+    "demo/Long": f"uint8[{2**32 - 1}] bytes\nstring[{2**32 - 1}] texts",
     "demo/Pair": "string[2] names\nPoint[1] at\nuint8[2] bytes\nint16[2] numbers",
     "demo/Nested": "std_msgs/Header header\nPoint[] path\nstd_msgs/Empty nothing\nuint8 end 255",
 }
@@ -109,6 +110,8 @@ def test_the_four_bytes_before_data_say_their_order():
         ("demo/msg/Mixed", {"d": "false"}, "d: 'false' is no number"),
         ("demo/msg/Texts", {"one": b"bytes"}, "one: b'bytes' is no string"),
         ("demo/msg/Texts", {"one": "\ud800"}, "one: "),
+        ("demo/msg/Texts", {"two": "\ud800"}, "two: "),
+        ("demo/msg/Texts", {1: "a", "x": ""}, "no field 1, x"),
         ("demo/msg/Texts", {"two": "abcd"}, "two: 'abcd' is longer than 3 bytes"),
         ("demo/msg/Texts", {"many": "abc"}, "many: 'abc' is no list"),
         ("demo/msg/Arrays", {"two": [1.0]}, "two: 1 values where there are 2"),
@@ -136,6 +139,7 @@ def test_what_does_not_fit_is_refused_and_says_where(name, message, wrong):
         ("demo/msg/Texts", "00 00 00 00 05 00 00 00 61 62 63 64 00", "longer than 3 bytes"),
         ("demo/msg/Arrays", "00 00 00 00 00 00 00 00 00 00 00 00 04 00 00 00 00 00 00 00", "a sequence of 4"),
         ("std_msgs/msg/Empty", "", "wanted"),
+        ("demo/msg/Long", "01 02", "4294967295 bytes are wanted"),
     ],
 )
 def test_bytes_that_make_no_sense(name, text, wrong):
@@ -150,6 +154,11 @@ def test_definitions_that_do_not_go_together():
     circle = types_of({"demo/A": "B[] b", "demo/B": "A[] a"})
     with pytest.raises(LocalProtocolError, match="demo/msg/A holds itself, by demo/msg/A and demo/msg/B"):
         circle.encode("demo/msg/A", {})
+    deep = types_of({f"demo/A{level}": f"A{level + 1} a" for level in range(1000)})
+    with pytest.raises(LocalProtocolError, match="demo/msg/A100 is 100 messages deep in demo/msg/A0"):
+        deep.encode("demo/msg/A0", {})
+    with pytest.raises(LocalProtocolError, match="wstring is neither written nor read here"):
+        types_of({"demo/Wide": "wstring a"}).encode("demo/msg/Wide", {})
     with pytest.raises(LocalProtocolError, match="demo/msg/C is not defined"):
         types_of({"demo/A": "C c"}).decode("demo/msg/A", b"")
 
