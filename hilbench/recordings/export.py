@@ -77,7 +77,7 @@ def _mcap(recording: Recording, path: Path, protocol: ProtocolPlugin | None, typ
         f"with the frames of {protocol.name}" if protocol else "no protocol is known that makes frames of its bytes"
     )
     if written.samples:
-        remark += f" and {written.samples} samples of topics{_unknown(written.unknown)}"
+        remark += f" and {written.samples} samples of topics{_unknown(written.unknown, types)}"
     return Exported(path=path, events=written.events, remark=remark)
 
 
@@ -94,11 +94,12 @@ def _ros2(
         hint = f"--mcap has the frames of {protocol.name}" if protocol else "--mcap has its events"
         raise UsageError("has no topics of ROS 2", where=where, hint=hint)
     _written(path, lambda file: write_ros2(recording, file, samples))
-    return Exported(path=path, events=len(samples), remark=f"samples of topics{_unknown(unknown)}")
+    return Exported(path=path, events=len(samples), remark=f"samples of topics{_unknown(unknown, types)}")
 
 
-def _unknown(types: Sequence[str]) -> str:
-    return f"; not known without --types: {', '.join(types)}" if types else ""
+def _unknown(names: Sequence[str], types: Sequence[Path]) -> str:
+    why = "neither known nor in --types" if types else "not known without --types"
+    return f"; {why}: {', '.join(names)}" if names else ""
 
 
 def _pcapng(recording: Recording, path: Path, _protocol: ProtocolPlugin | None) -> Exported:

@@ -12,6 +12,7 @@ from typing import Any
 
 from hilbench.errors import UsageError
 from hilbench.journal import Recording
+from hilbench.journal.lines import encoded
 from hilbench.nearest import did_you_mean
 
 __all__ = ["BYTE_KINDS", "Event", "data_of", "json_bytes", "laid_out", "of_case", "without"]
@@ -87,7 +88,5 @@ def without(event: Event, *names: str) -> dict[str, Any]:
 
 
 def json_bytes(value: object) -> bytes:
-    """Return plain data as JSON in UTF-8, on one line."""
-    import msgspec
-
-    return msgspec.json.encode(value)
+    """Return plain data as JSON in UTF-8, on one line; what is no UTF-8 in its texts is escaped."""
+    return encoded(value).removesuffix(b"\n")

@@ -6,6 +6,7 @@ repeated or comes in pieces. It is not known where a client refers to a profile 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
@@ -13,13 +14,14 @@ from hilbench.errors import UsageError
 from hilbench.plugins.protocol import Heard, TopicSample
 from protocols import xrce
 from protocols.common.items import Kind
-from protocols.xrce.cdr import INTERFACES, encapsulate, full_text
+from protocols.xrce.cdr import INTERFACES, encapsulate, full_text, parse_message
 from protocols.xrce.decoding import Message
 
 __all__ = ["samples_in"]
 
-_TOPIC = "rt/"
-"""What the topics of messages begin with, in DDS (ROS 2, topic and service name mapping to DDS)."""
+_TOPIC = re.compile(r"rt(/[\w/]+)", re.ASCII)
+_TYPE = re.compile(r"([A-Za-z]\w{0,200})::msg::dds_::([A-Za-z]\w{0,200})_", re.ASCII)
+"""``rt/speed``, ``std_msgs::msg::dds_::Float32_`` (ROS 2, topic and service name mapping to DDS); fit for file names."""
 _EITHER = xrce.AgentOptions(frames=xrce.FramingOptions(framing=xrce.Framing.EITHER))
 _OF_CLIENTS = (xrce.CreateClient, xrce.Create, xrce.WriteData, xrce.ReadData)
 
@@ -28,7 +30,9 @@ _Said = tuple[int, xrce.TopicDescription, bytes, bool]
 
 
 def samples_in(frames: Sequence[Heard], folders: Sequence[Path]) -> tuple[list[TopicSample], list[str]]:
-    """Return the samples of topics of ROS 2 in order, and the names of types that are not known.
+    """Return the samples of topics of ROS 2 in order, and the names of types, or of types in them, that are not known.
+
+    Topics and types that have no names of ROS 2 are left out.
 
     Args:
         frames: of the recording.
@@ -40,22 +44,22 @@ def samples_in(frames: Sequence[Heard], folders: Sequence[Path]) -> tuple[list[T
     listener = _Listener(frames)
     texts: dict[str, str] = {}
     unknown: dict[str, None] = {}
-    text_of = _texts(folders)
+    text_of = _texts(folders, unknown)
     found = []
     for ns, topic, data, little_endian in listener.samples():
-        name = _name_of(topic.type_name)
-        if not topic.name.startswith(_TOPIC) or name is None:
+        of_topic, of_type = _TOPIC.fullmatch(topic.name), _TYPE.fullmatch(topic.type_name)
+        if of_topic is None or of_type is None:
             continue
+        name = "/msg/".join(of_type.groups())
         if name not in texts:
             try:
                 texts[name] = full_text(name, text_of)
             except xrce.LocalProtocolError:
                 texts[name] = ""
-                unknown[name] = None
         found.append(
             TopicSample(
                 ns=ns,
-                topic=topic.name.removeprefix(_TOPIC[:-1]),
+                topic=of_topic[1],
                 type_name=name,
                 definition=texts[name],
                 data=encapsulate(data, little_endian=little_endian),
@@ -64,23 +68,22 @@ def samples_in(frames: Sequence[Heard], folders: Sequence[Path]) -> tuple[list[T
     return found, list(unknown)
 
 
-def _name_of(type_name: str) -> str | None:
-    """``std_msgs/msg/Float32`` of ``std_msgs::msg::dds_::Float32_``; None of what ROS 2 names otherwise."""
-    package, *middle, last = type_name.split("::")
-    named = middle == ["msg", "dds_"] and last.endswith("_")
-    return f"{package}/msg/{last[:-1]}" if named else None
+def _texts(folders: Sequence[Path], unknown: dict[str, None]) -> Callable[[str], str | None]:
+    """Return what returns a definition, and takes the names of those that it does not find."""
 
-
-def _texts(folders: Sequence[Path]) -> Callable[[str], str | None]:
     def text_of(name: str) -> str | None:
         for folder in folders:
             path = folder / f"{name}.msg"
             try:
-                return path.read_text(encoding="utf-8")
+                text = path.read_text(encoding="utf-8-sig")
+                parse_message(name, text)
             except FileNotFoundError:
                 continue
-            except (OSError, UnicodeDecodeError) as error:
+            except (OSError, UnicodeDecodeError, xrce.LocalProtocolError) as error:
                 raise UsageError(f"cannot be read: {error}", where=str(path)) from None
+            return text
+        if name not in INTERFACES:
+            unknown[name] = None
         return INTERFACES.get(name)
 
     return text_of

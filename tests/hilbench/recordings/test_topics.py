@@ -183,9 +183,42 @@ def test_without_topics_there_is_no_file(tmp_path, capfd):
 
 def test_an_unreadable_definition_is_named(journal, tmp_path, capfd):
     folder = tmp_path / "share" / "mine" / "msg"
+    export = ["export", str(journal), "--ros2", str(tmp_path / "it.mcap"), "--types", str(tmp_path / "share")]
     (folder / "Own.msg").mkdir(parents=True)
-    assert main(["export", str(journal), "--ros2", str(tmp_path / "it.mcap"), "--types", str(tmp_path / "share")]) == 2
+    assert main(export) == 2
     assert "Own.msg: cannot be read" in capfd.readouterr().err
+    (folder / "Own.msg").rmdir()
+    (folder / "Own.msg").write_text("uint8 a\nwhat?!\n")
+    assert main(export) == 2
+    said = capfd.readouterr().err
+    assert "Own.msg: cannot be read: mine/msg/Own, line 2: 'what?!' is no field and no constant" in said
+    (folder / "Own.msg").write_text("Inner a\nwstring b")
+    assert main(export) == 0
+    assert "1 events (samples of topics; neither known nor in --types: mine/msg/Inner)" in capfd.readouterr().out
+    (folder / "Inner.msg").write_text("float32 speed\nint32[<=3] count", encoding="utf-8-sig")
+    assert main(export) == 0
+    assert "1 events (samples of topics)" in capfd.readouterr().out
+
+
+@each(
+    ("topic", "kind"),
+    [
+        ("rt/own", "../secret::msg::dds_::Own_"),
+        ("rt/own", "a\0b::msg::dds_::Own_"),
+        ("rt/own", "\udcff::msg::dds_::Own_"),
+        ("rt/own", "mine::msg::dds_::_"),
+        ("rt/own", f"mine::msg::dds_::{'O' * 300}_"),
+        ("rt/\udcff", VECTOR),
+        ("rt/a\0b", VECTOR),
+        ("rt/", VECTOR),
+    ],
+)
+def test_what_has_no_name_of_ros_is_left_out(tmp_path, topic, kind):
+    star = Recorded("a")
+    star.create_all("a", topic=topic, type_name=kind)
+    star.write("a", bytes(4))
+    star.run(SECOND)
+    assert topics_in(star.recording, [tmp_path]) == ({}, [])
 
 
 # --- a second opinion
