@@ -2,7 +2,7 @@
 
 Each endpoint of a client has one of its own in DDS, with its topic, type and quality of service. So samples of other
 participants reach exactly the readers that they are for, none of ours comes back to us, and two agents of one domain
-hand nothing on from each other. CDR passes as it is.
+hand nothing on from each other. CDR passes as it is, but for big-endian messages, which are turned.
 
 A service has the header of ROS 2 with Cyclone DDS before its data (ros2/rmw_cyclonedds, serdata.hpp,
 cdds_request_header_t): 8 bytes that the client knows itself by, and a number, both of which come back with the reply.
@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable
+from functools import cache
 from hashlib import blake2b
 
 from hilbench.bench import Bench
@@ -19,8 +20,19 @@ from hilbench.clock import EventClass
 from hilbench.errors import UnavailableError
 from hilbench.files.names import printable
 from hilbench.systems.xrce_agent.cyclone import DdsError, Endpoint, Participant, Watch
+from hilbench.systems.xrce_agent.samples import message_of
 from hilbench.terminal.options import ITS_DOMAINS
-from protocols.xrce import AgentService, Mismatch, Reader, SampleIdentity, StoredSample, Writer
+from protocols.xrce import (
+    AgentService,
+    LocalProtocolError,
+    Mismatch,
+    Reader,
+    RemoteProtocolError,
+    SampleIdentity,
+    StoredSample,
+    Writer,
+)
+from protocols.xrce.cdr import INTERFACES, MessageTypes, definition_of
 
 __all__ = ["DdsDomain"]
 
@@ -33,6 +45,27 @@ _WHY = {
     "reliability": "the reader wants a reliable writer, and the writer is best-effort",
     "durability": "the reader wants samples from before its time, and the writer keeps none, or not as long",
 }
+
+
+@cache
+def _known_types() -> MessageTypes:
+    types = MessageTypes()
+    for name in INTERFACES:
+        types.add(definition_of(name))
+    return types
+
+
+def _little_endian(type_name: str, data: bytes) -> bytes:
+    """Return a big-endian sample in the order that DDS has here.
+
+    Raises:
+        LocalProtocolError: its type is not known.
+        RemoteProtocolError: it is none of its type.
+    """
+    name = message_of(type_name)
+    if name is None or name not in INTERFACES:
+        raise LocalProtocolError(f"it is big-endian, and {type_name} is not known here")
+    return _known_types().encode(name, _known_types().decode(name, data, little_endian=False))
 
 
 class DdsDomain:
@@ -119,12 +152,10 @@ class DdsDomain:
         header = self._header(writer.topic.name, sample)
         if header is None or id(writer) not in self._endpoints:
             return
-        if not sample.little_endian:
-            self._tell(writer, "a client writes big-endian, which is not handed on to DDS")
-            return
         try:
-            self._endpoints[id(writer)][1].write(header + sample.data)
-        except DdsError as error:
+            data = sample.data if sample.little_endian else _little_endian(writer.topic.type_name, sample.data)
+            self._endpoints[id(writer)][1].write(header + data)
+        except (DdsError, LocalProtocolError, RemoteProtocolError) as error:
             self._tell(writer, f"a sample was not handed on to DDS: {error}")
 
     # --- what DDS tells

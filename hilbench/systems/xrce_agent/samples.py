@@ -17,11 +17,11 @@ from protocols.common.items import Kind
 from protocols.xrce.cdr import INTERFACES, encapsulate, full_text, parse_message
 from protocols.xrce.decoding import Message
 
-__all__ = ["samples_in"]
+__all__ = ["message_of", "samples_in"]
 
 _TOPIC = re.compile(r"rt(/[\w/]+)", re.ASCII)
 _TYPE = re.compile(r"([A-Za-z]\w{0,200})::msg::dds_::([A-Za-z]\w{0,200})_", re.ASCII)
-"""``rt/speed``, ``std_msgs::msg::dds_::Float32_`` (ROS 2, topic and service name mapping to DDS); fit for file names."""
+"""``rt/speed``, ``std_msgs::msg::dds_::Float32_`` (ROS 2, topic and service name mapping to DDS); fit for files."""
 _EITHER = xrce.AgentOptions(frames=xrce.FramingOptions(framing=xrce.Framing.EITHER))
 _OF_CLIENTS = (xrce.CreateClient, xrce.Create, xrce.WriteData, xrce.ReadData)
 
@@ -47,10 +47,9 @@ def samples_in(frames: Sequence[Heard], folders: Sequence[Path]) -> tuple[list[T
     text_of = _texts(folders, unknown)
     found = []
     for ns, topic, data, little_endian in listener.samples():
-        of_topic, of_type = _TOPIC.fullmatch(topic.name), _TYPE.fullmatch(topic.type_name)
-        if of_topic is None or of_type is None:
+        of_topic, name = _TOPIC.fullmatch(topic.name), message_of(topic.type_name)
+        if of_topic is None or name is None:
             continue
-        name = "/msg/".join(of_type.groups())
         if name not in texts:
             try:
                 texts[name] = full_text(name, text_of)
@@ -66,6 +65,12 @@ def samples_in(frames: Sequence[Heard], folders: Sequence[Path]) -> tuple[list[T
             )
         )
     return found, list(unknown)
+
+
+def message_of(type_name: str) -> str | None:
+    """Return ``std_msgs/msg/Float32`` of ``std_msgs::msg::dds_::Float32_``; None of what ROS 2 names otherwise."""
+    found = _TYPE.fullmatch(type_name)
+    return None if found is None else "/msg/".join(found.groups())
 
 
 def _texts(folders: Sequence[Path], unknown: dict[str, None]) -> Callable[[str], str | None]:

@@ -52,8 +52,8 @@ class Board(Client):
         self.put(xrce.Delete(request_id=self._request, object_id=object_id))
         assert self.hear(5)[4] == 0
 
-    def speed(self, flags=KEEPS):
-        topic = xrce.TopicBinary(topic_name=TOPIC, type_name=TYPE)
+    def speed(self, flags=KEEPS, kind=TYPE):
+        topic = xrce.TopicBinary(topic_name=TOPIC, type_name=kind)
         writes = xrce.DataWriterBinary(topic_id=DDS_TOPIC, qos=xrce.DataWriterQos(flags=flags))
         reads = xrce.DataReaderBinary(topic_id=DDS_TOPIC, qos=xrce.DataReaderQos(flags=flags))
         there = {"participant_id": PARTICIPANT}
@@ -70,8 +70,9 @@ class Board(Client):
         )
         self.put(xrce.ReadData(request_id=0x20, object_id=object_id, specification=wanted))
 
-    def write(self, object_id, data, request_id=0x30):
-        self.put(xrce.WriteData(request_id=request_id, object_id=object_id, data=data))
+    def write(self, object_id, data, request_id=0x30, little_endian=True):
+        said = xrce.WriteData(request_id=request_id, object_id=object_id, data=data, little_endian=little_endian)
+        self.put(said)
 
     def says(self, speed):
         self.write(WRITER, struct.pack("<f", speed))
@@ -154,6 +155,22 @@ def test_a_board_and_a_program_of_dds_hear_each_other_each_sample_once(bed):
         node.says(number + 0.5)
         assert node.hears() == ["heard", f"{number}.5"]
         assert board.hears() == number + 0.5
+
+
+@NEEDS_CYCLONE
+@SERVED
+def test_what_a_board_writes_big_endian_is_turned_where_its_type_is_known(bed):
+    process, port = bed.agent("--dds")
+    board, node = bed.board(port), bed.peer("node", TOPIC)
+    board.speed()
+    board.write(WRITER, struct.pack(">f", 1.5), little_endian=False)
+    assert node.hears() == ["heard", "1.5"]
+    assert struct.unpack(">f", board.hear(9)[4:]) == (1.5,)
+    for object_id in (PUBLISHER, SUBSCRIBER, DDS_TOPIC):
+        board.drop(object_id)
+    board.speed(kind="own::msg::dds_::Speed_")
+    board.write(WRITER, struct.pack(">f", 1.5), little_endian=False)
+    process.hear("a sample was not handed on to DDS: it is big-endian, and own::msg::dds_::Speed_ is not known here")
 
 
 @NEEDS_CYCLONE
