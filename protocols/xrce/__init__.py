@@ -162,6 +162,7 @@ from protocols.xrce.service_events import (
     ObjectDeleted,
     RequestFailed,
     SampleRouted,
+    SampleTooLong,
 )
 from protocols.xrce.session import (
     Session,
@@ -362,6 +363,7 @@ __all__ = [
     "SampleInfo",
     "SampleRouted",
     "SampleSequence",
+    "SampleTooLong",
     "Samples",
     "Senseless",
     "ServiceCounters",

@@ -37,6 +37,7 @@ from protocols.xrce.service_events import (
     ObjectDeleted,
     RequestFailed,
     SampleRouted,
+    SampleTooLong,
 )
 from protocols.xrce.session import Session
 from protocols.xrce.space import DataSpace, Reader, SampleIdentity, StoredSample, Writer
@@ -364,6 +365,15 @@ class AgentService:
                 return  # until an ACKNACK makes room
             except LocalProtocolError:
                 self.counters.undeliverable += 1
+                self._events.append(
+                    SampleTooLong(
+                        line=line.name,
+                        object_id=entity.object_id,
+                        stream_id=reading.stream_id,
+                        topic=reader.topic.name,
+                        size=len(data),
+                    )
+                )
             else:
                 self.counters.delivered += 1
                 reading.delivered(len(data), now_ns)

@@ -8,7 +8,16 @@ from protocols.xrce.codes import Status
 from protocols.xrce.entities import Mismatch
 from protocols.xrce.events import Event
 
-__all__ = ["AgentEvent", "ClientEvent", "Mismatch", "ObjectCreated", "ObjectDeleted", "RequestFailed", "SampleRouted"]
+__all__ = [
+    "AgentEvent",
+    "ClientEvent",
+    "Mismatch",
+    "ObjectCreated",
+    "ObjectDeleted",
+    "RequestFailed",
+    "SampleRouted",
+    "SampleTooLong",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,4 +91,23 @@ class SampleRouted:
     readers: int
 
 
-AgentEvent = ClientEvent | ObjectCreated | ObjectDeleted | RequestFailed | SampleRouted | Mismatch
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SampleTooLong:
+    """A sample is longer than the stream takes on which a client wants it, and is left out.
+
+    Attributes:
+        line: of the client.
+        object_id: of what it reads by.
+        stream_id: a best-effort stream takes one message, a reliable one what may wait on it.
+        topic: its name.
+        size: of what the client would have got, in bytes.
+    """
+
+    line: str
+    object_id: int
+    stream_id: int
+    topic: str
+    size: int
+
+
+AgentEvent = ClientEvent | ObjectCreated | ObjectDeleted | RequestFailed | SampleRouted | SampleTooLong | Mismatch

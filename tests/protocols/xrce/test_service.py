@@ -360,6 +360,8 @@ def test_long_samples_go_in_fragments_and_are_refused_on_a_best_effort_stream():
     star.run(5 * SECOND)
     assert star.data("b", stream_id=1) == [b"short"]
     assert star.agent.counters.undeliverable == 1
+    told = star.of(xrce.SampleTooLong)
+    assert [(one.line, one.stream_id, one.topic, one.size) for one in told] == [("b", 1, "rt/speed", len(long))]
 
 
 @each("depth", [1, 5, None])
