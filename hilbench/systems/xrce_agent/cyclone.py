@@ -337,7 +337,9 @@ class Endpoint:
             DdsError: they cannot be taken.
         """
         samples, about = (c_void_p * _AT_ONCE)(), (_SampleInfo * _AT_ONCE)()
-        while count := self._checked(self._library.dds_takecdr(self._handle, samples, _AT_ONCE, about, 0)):
+        count = _AT_ONCE
+        while count == _AT_ONCE:  # fewer are all; what comes meanwhile is told of again
+            count = self._checked(self._library.dds_takecdr(self._handle, samples, _AT_ONCE, about, 0))
             for sample, info in zip(samples[:count], about, strict=False):
                 size = self._library.ddsi_serdata_size(sample)
                 data = ctypes.create_string_buffer(size)

@@ -29,8 +29,8 @@ def make(domain, monkeypatch):
         for one in both:
             stack.callback(one.close)
 
-        def made(topic, type_name=FLOAT, *, of=0, writes=True, reliable=True, durability=1):
-            asked = {"writes": writes, "reliable": reliable, "durability": durability, "depth": 16}
+        def made(topic, type_name=FLOAT, *, of=0, writes=True, reliable=True, durability=1, depth=16):
+            asked = {"writes": writes, "reliable": reliable, "durability": durability, "depth": depth}
             return Endpoint(both[of], topic, type_name, **asked)
 
         yield made
@@ -42,6 +42,15 @@ def test_samples_of_any_length_arrive_as_they_are(make):
         data = bytes(range(1, 256)) * (length // 255 + 1)
         writer.write(data[:length])
         assert [*reader.take()] == [data[:length]], length
+
+
+def test_all_that_came_are_taken_in_order(make):
+    writer, reader = make("rt/many", depth=200), make("rt/many", of=1, writes=False, depth=200)
+    for count in (1, 63, 64, 65, 128, 200):
+        said = [bytes((number,)) for number in range(count)]
+        for one in said:
+            writer.write(one)
+        assert [*reader.take()] == said
 
 
 def test_who_writes_does_not_hear_itself(make):
