@@ -165,14 +165,15 @@ class TopicSample:
         ns: when it was said, in ns.
         topic: the name, as ROS has it: ``/speed``.
         type_name: such as ``std_msgs/msg/Float32``.
-        definition: of the type, with all that is in it, as the encoding ``ros2msg`` has it; empty if it is not known.
+        definition: of the type, with all that is in it, as the encoding ``ros2msg`` has it; None if it is not
+            known.
         data: in CDR, behind its header.
     """
 
     ns: int
     topic: str
     type_name: str
-    definition: str
+    definition: str | None
     data: bytes
 
 

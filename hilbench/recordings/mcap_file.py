@@ -188,10 +188,11 @@ class _Channels:
         """Return the channel of a topic with messages in JSON."""
         return self._of(topic, schema, "json", "jsonschema", json_bytes(dict(shape)), {})
 
-    def of_topic(self, topic: str, type_name: str, definition: str) -> int:
+    def of_topic(self, topic: str, type_name: str, definition: str | None) -> int:
         """Return the channel of a topic of ROS 2; without a definition it has none that a reader could use."""
         quality = {"offered_qos_profiles": ""}  # not known; readers of the profile look for it
-        return self._of(topic, type_name, "cdr", "ros2msg" if definition else "", definition.encode(), quality)
+        encoding = "" if definition is None else "ros2msg"
+        return self._of(topic, type_name, "cdr", encoding, (definition or "").encode(), quality)
 
     def _of(
         self, topic: str, schema: str, encoding: str, schema_encoding: str, described: bytes, about: dict[str, str]

@@ -42,7 +42,7 @@ def samples_in(frames: Sequence[Heard], folders: Sequence[Path]) -> tuple[list[T
         UsageError: a definition there cannot be read.
     """
     listener = _Listener(frames)
-    texts: dict[str, str] = {}
+    texts: dict[str, str | None] = {}
     unknown: dict[str, None] = {}
     text_of = _texts(folders, unknown)
     found = []
@@ -54,7 +54,7 @@ def samples_in(frames: Sequence[Heard], folders: Sequence[Path]) -> tuple[list[T
             try:
                 texts[name] = full_text(name, text_of)
             except xrce.LocalProtocolError:
-                texts[name] = ""
+                texts[name] = None
         found.append(
             TopicSample(
                 ns=ns,

@@ -237,6 +237,21 @@ def test_rosbags_knows_the_same_messages():
         assert {one: found[one][1] for one in found} == {one: known.fielddefs[one][1] for one in found}, name
 
 
+def test_rosbags_reads_a_message_without_fields(tmp_path):
+    highlevel = pytest.importorskip("rosbags.highlevel")
+    star = Recorded("a")
+    star.create_all("a", type_name="std_msgs::msg::dds_::Empty_")
+    star.write("a", b"\0")
+    star.run(SECOND)
+    path = tmp_path / "it.mcap"
+    with path.open("wb") as file:
+        write_ros2(star.recording, file, XRCE.samples(_frames(star.recording), ())[0])
+    ((schema, _, _),) = messages_in(io.BytesIO(path.read_bytes()))
+    assert (schema.encoding, schema.data) == ("ros2msg", b"")
+    with highlevel.AnyReader([path]) as reader:
+        assert [one.msgtype for one, _, _ in reader.messages()] == ["std_msgs/msg/Empty"]
+
+
 def test_rosbags_reads_the_file(tmp_path):
     highlevel = pytest.importorskip("rosbags.highlevel")
     star = Recorded("a")
