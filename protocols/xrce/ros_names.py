@@ -10,6 +10,7 @@ Sources: design.ros2.org, "Topic and Service name mapping to DDS" and "Actions".
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from enum import Enum
 
@@ -20,6 +21,8 @@ __all__ = ["ACTION_PARTS", "RosKind", "RosName", "ros_name", "ros_type", "topic_
 _ACTION = "/_action/"
 ACTION_PARTS = ("send_goal", "cancel_goal", "get_result", "feedback", "status")
 """What an action is made of: three services, two topics."""
+_WORD = re.compile(r"[A-Za-z]\w{0,99}", re.ASCII)
+"""What a package or a type may be called; how long is a choice."""
 _HALVES = {"rq/": ("Request", "request"), "rr/": ("Reply", "reply")}
 
 
@@ -68,7 +71,8 @@ def ros_type(type_name: str) -> str | None:
     """``std_msgs/msg/String`` of ``std_msgs::msg::dds_::String_``; None of what ROS 2 names otherwise."""
     match type_name.split("::"):
         case [package, "msg" | "srv" | "action" as kind, "dds_", last] if last.endswith("_"):
-            return f"{package}/{kind}/{last[:-1]}"
+            named = _WORD.fullmatch(package) and _WORD.fullmatch(last[:-1])
+            return f"{package}/{kind}/{last[:-1]}" if named else None
     return None
 
 
