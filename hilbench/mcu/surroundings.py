@@ -118,7 +118,7 @@ class Surroundings:
             return
         if there.kind.beside:
             raise UsageError(f"'{name}' is what the checker is, and is not at a line of a bench", where="links")
-        for end in ends & self._bench_file.served_lines.keys():
+        for end in (one for one in self._bench_file.served_lines if one in ends):
             self.open_lines[end] = MemoryLink(self._bench.scheduler, Line(baud=0), name=end)  # its far end has the pace
             joined[end.rpartition(".")[2]] = self.open_lines[end].b
         if isinstance(there.owner, System):

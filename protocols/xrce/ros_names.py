@@ -21,8 +21,8 @@ __all__ = ["ACTION_PARTS", "RosKind", "RosName", "ros_name", "ros_type", "topic_
 _ACTION = "/_action/"
 ACTION_PARTS = ("send_goal", "cancel_goal", "get_result", "feedback", "status")
 """What an action is made of: three services, two topics."""
-_TYPE = re.compile(r"([A-Za-z]\w{0,200})::(msg|srv|action)::dds_::([A-Za-z]\w{0,200})_", re.ASCII)
-"""Of names that are fit for files."""
+_TYPE = re.compile(r"([A-Za-z]\w{0,99})::(msg|srv|action)::dds_::([A-Za-z]\w{0,99})_", re.ASCII)
+"""Of names that are fit for files; how long is a choice."""
 _HALVES = {"rq/": ("Request", "request"), "rr/": ("Reply", "reply")}
 
 

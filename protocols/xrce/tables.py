@@ -21,6 +21,7 @@ __all__ = ["AgentTables"]
 
 _MOST_FIELDS, _MOST_PARTS, _MOST_LETTERS, _MOST_BYTES = 32, 4, 60, 8
 """Of what is shown of a sample: fields, values of an array, letters of a string, bytes of an array (choices)."""
+_STATUS = "action_msgs/msg/GoalStatusArray"
 _TIME = {"sec", "nanosec"}
 _STATES = {state.value: state.name.lower() for state in GoalState}
 
@@ -40,8 +41,9 @@ class _Spoken:
 
 @dataclass(slots=True)
 class _Topic:
-    """A topic of DDS: what it is in ROS 2, its type, how many write and read it, what was said."""
+    """A topic of DDS: its name, what it is in ROS 2, its type, what was said, how many write and read it."""
 
+    name: str
     said: RosName
     type_name: str
     spoken: _Spoken
@@ -117,7 +119,7 @@ class AgentTables:
             whole = found[said.kind].setdefault((one.domain_id, said.name), _Whole(one.domain_id, said.name))
             key = one.domain_id, name
             spoken = kept[key] = self._spoken.get(key, _Spoken())
-            topic = whole.topics.setdefault((said.part, said.half), _Topic(said, one.topic.type_name, spoken))
+            topic = whole.topics.setdefault((said.part, said.half), _Topic(name, said, one.topic.type_name, spoken))
             if isinstance(one, Writer):
                 topic.writers += 1
                 topic.type_name = one.topic.type_name
@@ -129,7 +131,7 @@ class AgentTables:
 
     def _rows(self, wholes: Mapping[tuple[int, str], _Whole], row_of: Callable[[_Whole], Row]) -> dict[str, Row]:
         return {
-            f"{whole.name} in domain {whole.domain_id}" if whole.domain_id else whole.name: row_of(whole)
+            _shown(f"{whole.name} in domain {whole.domain_id}" if whole.domain_id else whole.name): row_of(whole)
             for _, whole in sorted(wholes.items())
         }
 
@@ -155,6 +157,8 @@ class AgentTables:
         status = whole.topics.get(("status", ""))
         if status is None or status.spoken.sample is None:
             return "none"
+        if ros_type(status.type_name) != _STATUS:
+            return f"a {_type(status)}"
         message = self._message(status, status.spoken.sample)
         if isinstance(message, str):
             return message
@@ -180,7 +184,7 @@ class AgentTables:
         sample = topic.spoken.sample
         if sample is None:
             return ""
-        key = whole.domain_id, f"{whole.name} {topic.said.part} {topic.said.half}"
+        key = whole.domain_id, topic.name
         if key not in self._read or self._read[key][0] is not sample:
             message = self._message(topic, sample)
             self._read[key] = sample, message if isinstance(message, str) else _flat(message, topic.said)
@@ -224,13 +228,18 @@ def _sides(asks: _Topic | None) -> tuple[str, str]:
 
 def _type(topic: _Topic) -> str:
     name = ros_type(topic.type_name)
-    return topic.type_name if name is None else whole_of(name)
+    return _shown(topic.type_name) if name is None else whole_of(name)
 
 
 def _type_of(whole: _Whole) -> str:
     """The type of a service or an action, by a topic that is of this type: not each of an action's is."""
     asks = ("", "request"), ("send_goal", "request")
     return _type(min(whole.topics.items(), key=lambda one: one[0] not in asks)[1])
+
+
+def _shown(text: str) -> str:
+    """A text of a client's for a terminal: what is no letter there stands as an escape."""
+    return text if text.isprintable() else repr(text)[1:-1]
 
 
 def _joined(*names: str) -> str:
@@ -265,7 +274,7 @@ def _fields(name: str, value: Any) -> Iterator[tuple[str, Value]]:
             shown = value[:_MOST_BYTES].hex(" ").upper()
             yield name, shown if len(value) <= _MOST_BYTES else f"{shown} ... {len(value)} bytes"
         case str():
-            yield name, value if len(value) <= _MOST_LETTERS else f"{value[: _MOST_LETTERS - 1]}…"
+            yield name, _shown(value if len(value) <= _MOST_LETTERS else f"{value[: _MOST_LETTERS - 1]}…")
         case float() if not math.isfinite(value):
             yield name, str(value)
         case _:

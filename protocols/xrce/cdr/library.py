@@ -95,9 +95,13 @@ class Library:
         definition = parse_message(name, text)
         self._known.add(name)
         self._types.add(definition)
-        for field in definition.fields:
-            if field.type.is_message:
-                self._learn(field.type.base)
+        try:
+            for field in definition.fields:
+                if field.type.is_message:
+                    self._learn(field.type.base)
+        except LocalProtocolError:
+            self._known.discard(name)
+            raise
 
     def _messages_of(self, whole: str, kind: str) -> tuple[MessageDefinition, ...]:
         text = self._read(f"{whole}.{kind}")

@@ -64,6 +64,48 @@ def test_a_topic_is_shown_with_its_ends_and_what_was_said_last(star):
     assert star.tables.look()["topics"].rows == {}
 
 
+@each(
+    ("topic", "type_name", "data"),
+    [
+        ("rt/x/_action/status", "std_msgs::msg::dds_::Bool_", b"\1"),
+        ("rt/x/_action/feedback", "std_msgs::msg::dds_::Bool_", b"\1"),
+        ("rt/x/_action/feedback", "std_msgs::msg::dds_::Empty_", b"\1"),
+        ("rt/\x1b[2J", "std_msgs::msg::dds_::Bool_", b"\1"),
+        ("rt/x", "std_msgs::msg::dds_::String_", b"\5\0\0\0\x1b[2J\0"),
+        ("rt/x", "../..::msg::dds_::a_", b"\1"),
+        ("rt/x", "a\x1b::msg::dds_::Bool_", b"\1"),
+        ("rt/x", f"{'a' * 300}::msg::dds_::Bool_", b"\1"),
+    ],
+)
+def test_no_client_can_disturb_who_looks(topic, type_name, data):
+    star, wanted = Star("a"), []
+    star.connect()
+    tables = AgentTables(lambda: star.agent, Library(wanted.append))
+    tables.look()
+    star.create_all("a", topic=topic, type_name=type_name)
+    write(star, "a", data)
+    for name, table in tables.look().items():
+        for key, row in table.rows.items():
+            last = row.last if isinstance(row.last, str) else " ".join(map(str, row.last.values()))
+            assert all(text.isprintable() for text in (key, *row.cells, last)), (name, row)
+    assert all(len(name) < 255 and name.isprintable() and ".." not in name for name in wanted)
+
+
+def test_what_is_not_known_is_said_each_time_alike(star):
+    library = Library({"demo/msg/Arm.msg": "Hand hand"}.get)
+    for _ in range(2):
+        with pytest.raises(xrce.LocalProtocolError, match="demo/msg/Hand is not known here"):
+            library.decode("demo/msg/Arm", b"")
+
+
+def test_a_sample_is_read_once(star):
+    """It is looked at ten times a second, however seldom it comes."""
+    star.create_all("line1")
+    write(star, "line1", struct.pack("<f", 1.0))
+    first = star.tables.look()["topics"].rows["/speed"].last
+    assert star.tables.look()["topics"].rows["/speed"].last is first
+
+
 def test_an_agent_that_is_started_anew_is_looked_at(star):
     star.create_all("line1")
     write(star, "line1", struct.pack("<f", 1.0))
