@@ -34,8 +34,8 @@ PERIPHERALS = {
     "dma_f1.c": ("dma or high-density", [f"{STM32}f1/dma"]),
     "dma_stream.c": ("(f767 and dma or dmamux) and holds", [f"{STM32}/dma", f"{STM32}h7"]),
     "requests.c": ("(f767 and (dma or spi) or dmamux) and holds", [f"{STM32}/dma", f"{STM32}f7/test_spi.py"]),
-    "adc_f1.c": ("adc and not (f767 or h753)", [f"{STM32}f1/adc"]),
-    "adc_dual.c": ("adc and not (f767 or h753)", [f"{STM32}f1/adc"]),
+    "adc_f1.c": ("every_check_holds and adc and not (f767 or h753)", [f"{STM32}f1/adc"]),
+    "adc_dual.c": ("every_check_holds and adc and not (f767 or h753)", [f"{STM32}f1/adc"]),
     "port.c": (
         "gpio or pins",
         [f"{STM32}f1/test_gpio.py", f"{STM32}/test_gpio_v2.py", f"{STM32}f1/test_gpio_latches.py"],

@@ -83,6 +83,15 @@ def test_slow_interleaved(pair, expected):
     assert len(found) == 2
 
 
+def test_another_mode_forgets_what_was_to_follow(pair):
+    rig = pair(7, cr1=0)
+    rig.trigger("TIM3_TRGO")
+    rig.clocks(3)
+    rig.poke("CR1", 0)
+    rig.clocks(100)
+    assert (rig.flags(1), rig.flags(2)) == (set(), {"STRT", "EOC"})
+
+
 @pytest.mark.parametrize("unit", [1, 2])
 def test_slow_interleaved_ends_with_either(pair, unit):
     rig = pair(8, cr1=0, channels=((2,), (2,)))
