@@ -22,8 +22,9 @@ hilbench run my-bench.toml --for 2min --journal run.jsonl --json
 
 _NOTES = """
 Time is virtual: the run is as fast as the host allows (--realtime slows it to the wall clock), and the same every
-time. It ends when the time is up (exit code 0), when the firmware exits by semihosting (0 for status 0, else 1), or
-when the firmware cannot continue: lockup, a fault handler that loops, repeated resets (1, with the place).
+time. It ends when the time is up or at --break and --watch (exit code 0), when the firmware exits by semihosting (0 for
+status 0, else 1), or when the firmware cannot continue: lockup, a fault handler that loops, repeated resets (1, with
+the place).
 An image that is wrong for its board is refused with exit code 2, a missing image with 3.
 """
 
@@ -51,6 +52,10 @@ def parser() -> Parser:
         help="write what pins and serial lines did in the form of --stimuli")  # fmt: skip
     add("--coverage", metavar="FILE", type=typed(arguments.output_file),
         help="write which lines of the firmware were executed, in the format of lcov (genhtml, editors)")  # fmt: skip
+    add("--break", metavar="PLACE", dest="breaks", action="append", default=[],
+        help="end before this function, or the instruction at this address; may be given several times")  # fmt: skip
+    add("--watch", metavar="PLACE", dest="watches", action="append", default=[],
+        help="end before an instruction that writes to this variable, or the word at this address")  # fmt: skip
     add("--picture", metavar="PART=FILE", action="append", default=[], type=typed(arguments.named_file),
         help="at the end, write what a display shows as PNG; may be given several times")  # fmt: skip
     add("--realtime", action="store_true", help="keep pace with the wall clock")
@@ -97,6 +102,8 @@ def run(parsed: argparse.Namespace) -> int:
         vcd=parsed.vcd,
         write_stimuli=parsed.write_stimuli,
         coverage=parsed.coverage,
+        breaks=tuple(parsed.breaks),
+        watches=tuple(parsed.watches),
         pictures=tuple(parsed.picture),
         realtime=parsed.realtime,
         as_json=parsed.json,

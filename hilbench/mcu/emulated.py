@@ -67,7 +67,7 @@ class End:
 
     Attributes:
         board: name of the board in the bench.
-        kind: ``exit``, or what has gone wrong.
+        kind: ``exit``, ``stop`` where it was to end, or what has gone wrong.
         status: what the firmware gave with its exit.
         ns: bench time.
         pc: address of the instruction.
@@ -85,8 +85,8 @@ class End:
 
     @property
     def good(self) -> bool:
-        """True if the firmware has said that all is well."""
-        return self.kind == "exit" and self.status == 0
+        """True if the firmware has said that all is well, or the run was to end there."""
+        return self.kind in ("exit", "stop") and self.status == 0
 
     def __str__(self) -> str:
         where = f"PC 0x{self.pc:08X}, after {self.ns / NS_PER_S:.6f} s"

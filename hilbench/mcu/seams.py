@@ -87,7 +87,8 @@ class Ending(Protocol):
     """Why a machine does not run on.
 
     Attributes:
-        kind: ``exit`` if the firmware asked for it; else what has gone wrong, such as ``lockup``.
+        kind: ``exit`` if the firmware asked for it, ``stop`` if somebody wants to look; else what has gone wrong, such
+            as ``lockup``.
         status: what the firmware gave with its exit.
         cause: what happened, in words.
         pc: address of the instruction.
@@ -221,6 +222,9 @@ class Machine(Protocol):
 
     def executed(self) -> Iterable[int]:
         """Return the addresses of all instructions executed since `cover`."""
+
+    def stop_at(self, addresses: Iterable[int], written: Iterable[tuple[int, int]]) -> None:
+        """End before an instruction at one of these addresses, or one that writes to these: address, size in bytes."""
 
     def function(self, pc: int) -> str:
         """Return the name of the function at an address, or the address."""

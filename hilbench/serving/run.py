@@ -20,6 +20,7 @@ from hilbench.mcu.group import FREE_STEP_NS, LOCKED_STEP_NS
 from hilbench.mcu.narration import Narrator
 from hilbench.mcu.pictures import check_displays, save_pictures
 from hilbench.mcu.stimulus_writer import StimulusWriter
+from hilbench.mcu.stops import set_stops
 from hilbench.mcu.usart_port import UsartPort
 from hilbench.serving import STOP_SIGNALS
 from hilbench.terminal.console import Console
@@ -43,6 +44,8 @@ class RunOptions:
         vcd: where to write waveforms.
         write_stimuli: where to write what the boards did, as stimuli for others.
         coverage: where to write which lines of the firmware were executed.
+        breaks: before which functions or addresses to end.
+        watches: before writes to which variables or addresses to end.
         pictures: displays, and where to write what they show at the end.
         realtime: keep pace with the wall clock.
         as_json: say how it went as JSON.
@@ -58,6 +61,8 @@ class RunOptions:
     vcd: Path | None = None
     write_stimuli: Path | None = None
     coverage: Path | None = None
+    breaks: tuple[str, ...] = ()
+    watches: tuple[str, ...] = ()
     pictures: tuple[tuple[str, Path], ...] = ()
     realtime: bool = False
     as_json: bool = False
@@ -99,6 +104,7 @@ def run(
         if options.write_stimuli is not None:  # behind the narrator, whom it lets hear everything
             emulated.at_close.append(StimulusWriter(options.write_stimuli, emulated).close)
         emulated.at_close.append(partial(save_pictures, options.pictures, emulated))
+        set_stops(emulated, options.breaks, options.watches)
         coverage = None
         if options.coverage is not None:
             coverage = Coverage(emulated)

@@ -23,6 +23,7 @@ from targets.mcu.engine.hooks import Watchpoint
 from targets.mcu.image import limits_for, load_image
 from targets.mcu.machine import Machine
 from targets.mcu.serial_line import Words
+from targets.mcu.snapshot import Snapshot
 from targets.mcu.timebase import NS_PER_S
 
 MS = 1_000_000
@@ -246,6 +247,23 @@ def test_hooks(capsys):
         *(f"  {name}: {factor / plain:.2f} times" for name, (factor, _) in best.items() if name != "none"),
     )
     assert all(factor > 0 for factor, _ in best.values())
+
+
+def test_a_snapshot(capsys):
+    ours = Ours("style-kernel")
+    spent_s = {"saved": [], "put back": []}
+    for _ in range(4 * BLOCKS):
+        began = time.process_time()
+        snapshot = Snapshot(ours.machine)
+        saved = time.process_time()
+        ours.machine.run_to(ours.machine.now_ns + MS)
+        ran = time.process_time()
+        snapshot.restore()
+        spent_s["saved"].append(saved - began)
+        spent_s["put back"].append(time.process_time() - ran)
+        ours.block()
+    tell(capsys, "style-kernel:", *(f"  {what} in {1000 * min(all_s):.2f} ms" for what, all_s in spent_s.items()))
+    assert all(min(all_s) > 0 for all_s in spent_s.values())
 
 
 def shares_of(ours):

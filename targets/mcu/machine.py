@@ -15,7 +15,7 @@ machine has not reached.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -30,7 +30,7 @@ from targets.mcu.cortexm.semihosting import Exit, Semihosting
 from targets.mcu.ended import Ended, EndKind
 from targets.mcu.engine.api import Access, Reg, Stop, StopKind
 from targets.mcu.engine.core_engine import CoreEngine, Loop
-from targets.mcu.engine.hooks import Hit
+from targets.mcu.engine.hooks import Hit, HitKind, Watchpoint
 from targets.mcu.engine.idle import IdleSkipper
 from targets.mcu.engine.timing import make_timing
 from targets.mcu.fault_watch import FaultWatch
@@ -91,6 +91,7 @@ class Machine:
         self.timing = timing
         self.ended: Ended | None = None
         self.hit: Hit | None = None
+        self._ends_at_hit = False
         self.on_console: Callable[[bytes, str], None] = lambda _text, _channel: None
         self.on_reset: Callable[[str], None] = lambda _cause: None
         self.on_fault: Callable[[Fault], None] = lambda _fault: None
@@ -190,6 +191,16 @@ class Machine:
     def executed(self) -> Iterator[int]:
         """Return the addresses of all instructions executed since `cover`; see `CoreEngine.executed`."""
         return self.engine.executed()
+
+    def stop_at(self, addresses: Iterable[int], written: Iterable[tuple[int, int]]) -> None:
+        """End before an instruction at one of these addresses, or one that writes to these: address and size in bytes.
+
+        Raises:
+            ValueError: there are too many.
+        """
+        self.engine.hooks.breakpoints = addresses
+        self.engine.hooks.watchpoints = [Watchpoint(address, size) for address, size in written]
+        self._ends_at_hit = True
 
     def function(self, pc: int) -> str:
         """Return the name of the function at an address, or the address."""
@@ -294,6 +305,8 @@ class Machine:
         self._halt()
         if stop.kind is StopKind.HIT:
             self.hit = self.engine.hooks.hit
+            if self._ends_at_hit and self.hit is not None:
+                self._end("stop", _cause_of(self.hit), self.hit.pc, status=0)
         elif stop.kind is StopKind.BREAKPOINT and stop.value == _SEMIHOSTING:
             self.semihosting.call()
         elif stop.kind is StopKind.WFI:
@@ -578,3 +591,9 @@ class Machine:
                 memory.data[offset : offset + len(data)] = data
                 return True
         return False
+
+
+def _cause_of(hit: Hit) -> str:
+    if hit.kind is HitKind.BREAKPOINT:
+        return "a breakpoint"
+    return f"about to write 0x{hit.value or 0:0{2 * hit.size}X} to 0x{hit.address:08X}"

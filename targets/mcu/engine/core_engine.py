@@ -268,6 +268,18 @@ class CoreEngine:
                 yield base + 2 * at
                 at = began.find(1, at + 1)
 
+    # --- its state as a whole
+
+    def save(self) -> bytes:
+        """Return the state in C of the core, of the queue that it lives in and of the blocks, for its `restore`."""
+        saved = ctypes.create_string_buffer(self._library.hil_saved_size(self._core))
+        self._library.hil_save(self._core, saved)
+        return saved.raw
+
+    def restore(self, saved: bytes) -> None:
+        """Put such a state back. Not while running."""
+        self._library.hil_restore(self._core, saved)
+
     # --- registers
 
     def get(self, register: int) -> int:
@@ -587,6 +599,9 @@ def _library() -> Any:
     library.hil_forget.argtypes, library.hil_forget.restype = (pointer, word, word), None
     library.hil_cover.argtypes, library.hil_cover.restype = (pointer,), ctypes.c_bool
     library.hil_executed.argtypes, library.hil_executed.restype = (pointer, word), pointer
+    library.hil_saved_size.argtypes, library.hil_saved_size.restype = (pointer,), double
+    for mover in (library.hil_save, library.hil_restore):
+        mover.argtypes, mover.restype = (pointer, pointer), None
     library.hil_hit_of.argtypes, library.hil_hit_of.restype = (pointer,), pointer
     for setter in (library.hil_set_breakpoints, library.hil_set_watchpoints):
         setter.argtypes, setter.restype = (pointer, pointer, word), ctypes.c_bool

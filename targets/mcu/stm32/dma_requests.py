@@ -95,6 +95,11 @@ class Requests:
             self._by_number.append(self._lines[name])
         return self._lines[name]
 
+    def save(self) -> Callable[[], object]:
+        """Return what makes the lines in C what they are now."""
+        kept = ctypes.string_at(self.block, _library().hil_lines_size())
+        return functools.partial(ctypes.memmove, self.block, kept, len(kept))
+
     def tell_last(self, number: int) -> None:
         """Tell the peripheral of a line that the last transfer of a count was made."""
         listener = self._by_number[number].on_last
@@ -144,6 +149,7 @@ def _library() -> Any:
     """Return the library, with the functions of request lines declared, called with Python's lock held."""
     library: Any = with_lock_held()
     pointer, word = ctypes.c_void_p, ctypes.c_uint32
+    library.hil_lines_size.argtypes, library.hil_lines_size.restype = (), ctypes.c_uint32
     library.hil_lines_new.argtypes, library.hil_lines_new.restype = (), pointer
     library.hil_lines_free.argtypes, library.hil_lines_free.restype = (pointer,), None
     library.hil_lines_drive.argtypes, library.hil_lines_drive.restype = (pointer, word, ctypes.c_bool), None

@@ -22,10 +22,22 @@ typedef bool (*hil_block_write)(struct hil_block *block, uint32_t word, uint32_t
     MANY(uint32_t, values, 52) MANY(uint32_t, writable, 52) MANY(uint32_t, ignored, 52)
 HIL_STRUCT(hil_registers, HIL_REGISTERS_FIELDS);
 
+/* What is to be saved of a block (snapshot.c): all of it, and what stands in its arrays that grow: the places of their
+ * pointer and of how many elements there is room for, and the size of one. */
+enum { MOST_GROWN = 2 };
+
+struct hil_saved {
+  uint32_t size;
+  struct {
+    uint32_t data, room, each;
+  } grown[MOST_GROWN];
+};
+
 struct hil_block {
   struct hil_registers registers;
   hil_block_read read;
   hil_block_write write;
+  const struct hil_saved *saved;
   bool on_ahb;               /* a byte or half-word leaves the rest of its word alone */
 };
 

@@ -350,6 +350,8 @@ HIL_EXPORT void hil_dma_join(struct hil_dma *dma, struct hil_cpu *cpu) { dma->cp
 
 HIL_EXPORT void hil_dma_free(struct hil_dma *dma) { free(dma); }
 
+static const struct hil_saved SAVED = {.size = sizeof(struct hil_dma)};
+
 /* Make a controller of `count` channels. The first `irqs` have an interrupt each, from `first_irq` on, and the others
  * share the last of these. Returns NULL if there is no memory left. */
 HIL_EXPORT struct hil_dma *hil_dma_new(struct hil_queue *queue, hil_dma_ask ask, uint32_t count, uint32_t first_irq,
@@ -365,6 +367,7 @@ HIL_EXPORT struct hil_dma *hil_dma_new(struct hil_queue *queue, hil_dma_ask ask,
   dma->requests.drive = drive_request;
   dma->block.read = read;
   dma->block.write = write;
+  dma->block.saved = &SAVED;
   dma->block.on_ahb = true;
   dma->done = hil_event_new(queue, on_done, dma);
   if (dma->done == NO_EVENT) {

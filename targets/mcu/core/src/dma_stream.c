@@ -705,6 +705,8 @@ static bool make_port(struct port *port, struct hil_streams *dma, uint32_t cycle
   return port->event != NO_EVENT;
 }
 
+static const struct hil_saved SAVED = {.size = sizeof(struct hil_streams)};
+
 /* Make a controller whose streams listen to lines of a chip. Returns NULL if there is no memory, or no place, left. */
 HIL_EXPORT struct hil_streams *hil_streams_new(struct hil_queue *queue, hil_streams_ask ask_python,
                                                struct hil_request_lines *lines, bool between_memories) {
@@ -718,6 +720,7 @@ HIL_EXPORT struct hil_streams *hil_streams_new(struct hil_queue *queue, hil_stre
   dma->bus_cycle = 1;
   dma->block.read = read;
   dma->block.write = write;
+  dma->block.saved = &SAVED;
   dma->block.on_ahb = true;
   if (!make_port(&dma->peripheral_port, dma, PERIPHERAL_CYCLES, access_peripheral) ||
       !make_port(&dma->memory_port, dma, MEMORY_CYCLES, access_memory)) {

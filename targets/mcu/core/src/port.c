@@ -9,6 +9,7 @@
 #include "block.h"
 #include "queue.h"
 
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -100,6 +101,10 @@ HIL_EXPORT void hil_port_free(struct hil_port *port) {
   free(port);
 }
 
+static const struct hil_saved SAVED = {
+    sizeof(struct hil_port),
+    {{offsetof(struct hil_port, changes), offsetof(struct hil_port, room), sizeof(struct hil_change)}}};
+
 /* Make a port, with the word of IDR. Returns NULL if there is no memory left. */
 HIL_EXPORT struct hil_port *hil_port_new(struct hil_queue *queue, uint32_t idr, bool has_brr, bool on_ahb,
                                          hil_port_ask ask) {
@@ -112,6 +117,7 @@ HIL_EXPORT struct hil_port *hil_port_new(struct hil_queue *queue, uint32_t idr, 
   port->ask = ask;
   port->block.read = read;
   port->block.write = write;
+  port->block.saved = &SAVED;
   port->block.on_ahb = on_ahb;
   return port;
 }

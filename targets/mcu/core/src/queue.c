@@ -4,6 +4,7 @@
 #include "cpu.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 struct event {
   uint64_t cycle, rank;      /* rank: the order, and below it how many were entered before */
@@ -227,4 +228,39 @@ HIL_EXPORT void hil_queue_cut(struct hil_queue *queue) {
 void hil_queue_serve(struct hil_queue *queue, struct hil_state *state) {
   queue->state = state;
   tell(queue);
+}
+
+/* --- its state as bytes */
+
+static size_t bytes_of_events(const struct hil_queue *queue) { return (size_t)queue->made * sizeof *queue->events; }
+
+static size_t bytes_of_heap(const struct hil_queue *queue) { return (size_t)queue->count * sizeof *queue->heap; }
+
+size_t hil_queue_saved_size(const struct hil_queue *queue) {
+  return sizeof *queue + bytes_of_events(queue) + bytes_of_heap(queue);
+}
+
+uint8_t *hil_queue_save(const struct hil_queue *queue, uint8_t *into) {
+  memcpy(into, queue, sizeof *queue);
+  into += sizeof *queue;
+  if (queue->made) {
+    memcpy(into, queue->events, bytes_of_events(queue));
+    memcpy(into + bytes_of_events(queue), queue->heap, bytes_of_heap(queue));
+  }
+  return into + bytes_of_events(queue) + bytes_of_heap(queue);
+}
+
+const uint8_t *hil_queue_restore(struct hil_queue *queue, const uint8_t *from) {
+  struct event *events = queue->events;
+  int32_t *heap = queue->heap, room = queue->room;
+  memcpy(queue, from, sizeof *queue);
+  from += sizeof *queue;
+  queue->events = events;
+  queue->heap = heap;
+  queue->room = room;
+  if (queue->made) {
+    memcpy(events, from, bytes_of_events(queue));
+    memcpy(heap, from + bytes_of_events(queue), bytes_of_heap(queue));
+  }
+  return from + bytes_of_events(queue) + bytes_of_heap(queue);
 }

@@ -8,6 +8,7 @@
 #include "layout.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 
 struct hil_cpu;
 struct hil_queue;
@@ -49,5 +50,10 @@ void hil_event_at(struct hil_queue *queue, int32_t number, uint64_t cycle, int32
 void hil_event_off(struct hil_queue *queue, int32_t number);
 bool hil_event_on(const struct hil_queue *queue, int32_t number);
 bool hil_queue_pass(struct hil_queue *queue, uint64_t cycle);
+
+/* The state as bytes, to be put back into the same queue; they return what is behind it. See snapshot.c. */
+size_t hil_queue_saved_size(const struct hil_queue *queue);
+uint8_t *hil_queue_save(const struct hil_queue *queue, uint8_t *into);
+const uint8_t *hil_queue_restore(struct hil_queue *queue, const uint8_t *from);
 
 #endif

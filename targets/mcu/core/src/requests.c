@@ -64,4 +64,7 @@ HIL_EXPORT struct hil_request_lines *hil_lines_new(void) {
   return lines;
 }
 
+/* How large they are: all of it is state (snapshot.c). */
+HIL_EXPORT uint32_t hil_lines_size(void) { return sizeof(struct hil_request_lines); }
+
 HIL_EXPORT void hil_lines_free(struct hil_request_lines *lines) { free(lines); }

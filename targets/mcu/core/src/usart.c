@@ -377,6 +377,11 @@ HIL_EXPORT void hil_usart_free(struct hil_usart *usart) {
   free(usart);
 }
 
+#define GROWN(words_of)                                                                                               \
+  {offsetof(struct hil_usart, words_of.words), offsetof(struct hil_usart, words_of.room), sizeof(struct hil_word)}
+
+static const struct hil_saved SAVED = {sizeof(struct hil_usart), {GROWN(expected), GROWN(kept)}};
+
 /* Make a USART. Returns NULL if there is no memory left. */
 HIL_EXPORT struct hil_usart *hil_usart_new(struct hil_queue *queue, uint32_t kind, hil_usart_tell tell_python,
                                            hil_usart_ask ask_python) {
@@ -387,6 +392,7 @@ HIL_EXPORT struct hil_usart *hil_usart_new(struct hil_queue *queue, uint32_t kin
   usart->model = kind == USART_F1 ? &hil_usart_f1 : &hil_usart_isr;
   usart->block.read = usart->model->read;
   usart->block.write = usart->model->write;
+  usart->block.saved = &SAVED;
   usart->tell = tell_python;
   usart->ask = ask_python;
   usart->line.quiet = usart->line.clear_to_send = 1;

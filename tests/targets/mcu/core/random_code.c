@@ -7,7 +7,7 @@
  *   all at random.
  * cut: what is not memory does what its address says; one core runs whole and passes loops over, another one executes
  *   the same code in random pieces, stops at breakpoints and watchpoints, counts edges and writes accesses down, and both
- *   must end alike.
+ *   must end alike; the other one again when it was put back.
  *
  * Half of the runs take exceptions, of which any may be enabled, pending and active; a trouble is put right by nobody.
  *
@@ -40,6 +40,9 @@ bool hil_set_breakpoints(struct hil_cpu *cpu, const uint32_t *addresses, uint32_
 bool hil_set_watchpoints(struct hil_cpu *cpu, const uint32_t *numbers, uint32_t count);
 void hil_map_edges(struct hil_cpu *cpu, uint8_t *map, uint32_t size);
 void hil_log_accesses(struct hil_cpu *cpu, struct hil_access *room, uint32_t most);
+uint64_t hil_saved_size(const struct hil_cpu *cpu);
+void hil_save(const struct hil_cpu *cpu, uint8_t *into);
+void hil_restore(struct hil_cpu *cpu, const uint8_t *from);
 
 #define ROW(pattern, form, operation, where, m3, m7) pattern,
 #define FLOAT_ROW(pattern, kind, single, twice) pattern,
@@ -399,6 +402,24 @@ static void tell_registers(const struct hil_state *a, const struct hil_state *b,
   printf("\n");
 }
 
+/* What a chip is, to be put back; NULL: there is no memory. */
+static uint8_t *saved_of(const struct chip *chip) {
+  uint64_t size = hil_saved_size(chip->cpu);
+  uint8_t *saved = malloc(size + MEMORIES * MEMORY);
+  if (!saved)
+    return NULL;
+  hil_save(chip->cpu, saved);
+  for (uint32_t n = 0; n < MEMORIES; n++)
+    memcpy(saved + size + n * MEMORY, chip->memory[n], MEMORY);
+  return saved;
+}
+
+static void put_back(struct chip *chip, const uint8_t *saved) {
+  hil_restore(chip->cpu, saved);
+  for (uint32_t n = 0; n < MEMORIES; n++)
+    memcpy(chip->memory[n], saved + hil_saved_size(chip->cpu) + n * MEMORY, MEMORY);
+}
+
 static int run_cut(uint64_t instructions) {
   struct hil_state *whole = hil_state_of(chips[0].cpu);
   uint64_t end = whole->retired + instructions;
@@ -420,7 +441,13 @@ static int run_cut(uint64_t instructions) {
     uint64_t until = whole->retired + 1 + below(AT_ONCE), retired = whole->retired, cycle = whole->cycle;
     uint64_t until_cycle = takes ? cycle + 20 * AT_ONCE : UINT64_MAX;
     uint32_t why = run_to(&chips[0], until, until_cycle, AT_ONCE + 1, takes);
+    uint8_t *saved = one_in(8) ? saved_of(&chips[1]) : NULL;
     uint32_t other = run_to(&chips[1], until, until_cycle, 1 + below(6), takes);
+    if (saved) {
+      put_back(&chips[1], saved);
+      free(saved);
+      other = run_to(&chips[1], until, until_cycle, 1 + below(6), takes);
+    }
     const char *what = why == other ? difference(&chips[0], &chips[1]) : "reason";
     if (what) {
       printf("cut, from %08" PRIX32 ": %s differ: %" PRIu32 " and %" PRIu32 "\n", begin, what, why, other);
