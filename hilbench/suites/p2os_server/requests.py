@@ -180,7 +180,7 @@ INPUTS = (
 """Levels and voltages that are driven, of which no two are alike."""
 
 
-@case("S93", bench_time_s=1.6)
+@case("S93", bench_time_s=1.0)
 def test_inputs_are_those_of_the_connector(peer: Peer, bench: VirtualCase) -> None:
     session = Session(peer)
     for port, (levels, voltages) in enumerate(INPUTS, start=2):

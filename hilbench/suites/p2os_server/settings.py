@@ -187,7 +187,7 @@ FLASHES: Sequence[Mapping[str, int]] = (
 """Twice another value for each figure; of what is beside another of the same size, never the same."""
 
 
-@case("S92", bench_time_s=2.2)
+@case("S92", bench_time_s=1.7)
 def test_config_shows_what_is_in_flash(peer: Peer, bench: VirtualCase) -> None:
     """Nothing moves."""
     session = Session(peer)
