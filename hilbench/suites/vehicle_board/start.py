@@ -20,7 +20,7 @@ STILL_WAITS_S = 18.0
 """Well within the 20 s, so that a board's own count of them may be off."""
 
 CLOCKS = 4
-"""Seconds for which the time alone is told: more than the 3 s of silence that a board may take for absence (VB55H)."""
+"""Seconds for which only clock messages come: more than the 3 s of silence that a board may take for absence (VB55H)."""
 PING_OFF_S = 0.02
 """How far off a step between two of them may be: a turn of the loop that asks. A choice."""
 
@@ -110,7 +110,7 @@ def test_an_agent_may_come_late(vehicle: Vehicle) -> None:
     vehicle.stack.set_clock(vehicle.bench.now_ns)
     stack_mark = vehicle.stack.mark()
     vehicle.run(0.3)
-    assert vehicle.reports(stack_mark, ControlModeReport), "the mode is not reported to who tells the time alone"
+    assert vehicle.reports(stack_mark, ControlModeReport), "the mode is not reported while only clock messages come"
     vehicle.feed()
     vehicle.run(0.3)
     answer = vehicle.stack.request(ControlMode.AUTONOMOUS)

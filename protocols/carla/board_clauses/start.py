@@ -89,7 +89,7 @@ CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="An agent may come late",
         text=(
-            "The agent comes 25 s after the start: the mode is reported, and so while for 4 s the time alone is sent; "
+            "The agent comes 25 s after the start: the mode is reported, also while for 4 s only clock messages come; "
             "then, with commands, a request for AUTOWARE is granted and obeyed."
         ),
         sources=(CHOICE,),
