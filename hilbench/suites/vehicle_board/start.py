@@ -20,7 +20,7 @@ STILL_WAITS_S = 18.0
 """Well within the 20 s, so that a board's own count of them may be off."""
 
 CLOCKS = 4
-"""Seconds for which only clock messages come: longer than the 3 s of silence that may be taken for absence (VB55H)."""
+"""Seconds for which only clock messages come: more than the 3 s of silence after which a stack is lost (VB55H)."""
 PING_OFF_S = 0.02
 """How far off a step between two of them may be: a turn of the loop that asks. A choice."""
 
