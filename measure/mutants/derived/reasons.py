@@ -34,7 +34,7 @@ REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
             ),
             (
                 r"REQUEST_TMY:report_type",
-                f"{EQUIVALENT}: the byte is 'always 0, and no firmware reads' it (rover_groundcontrol request_tmy)",
+                "unasked: no clause asks that the byte behind a request is not read (0 in rover_groundcontrol)",
             ),
             (
                 r"WAITING/SILENCE",
@@ -84,6 +84,7 @@ REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
             ),
         ),
         "p2os-server": (
+            (r"hears:BATTERYINFO:argument", "unasked: no source says what its argument means on P2OS"),
             (
                 r"hears:(#200|STEP|LOADWORLD|BATTERYINFO):(argument|dropped|doubled|late|reordered)",
                 f"{EQUIVALENT}: S48, BATTERYINFO and 'the commands 200, 63 and 64 leave the session as it is'",
@@ -95,7 +96,7 @@ REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
             ),
             (
                 r"hears:DHEAD:doubled",
-                f"{EQUIVALENT}: S29, 'DHEAD -45 changes the heading by -512 units', both times from the same heading",
+                "unasked: a second DHEAD at once, from the same heading (S29), turns no further",
             ),
             (r"says:(Encoder|Io)Packet:reordered", "unasked: no clause asks in which order packets come"),
             (
