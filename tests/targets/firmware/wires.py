@@ -12,7 +12,7 @@ from targets.parts.ssd1306 import Ssd1306, Ssd1306Settings
 from targets.parts.testing import Wire
 from targets.parts.w25q.w25q import W25q, W25qSettings
 
-__all__ = ["put_wires"]
+__all__ = ["PARTS", "put_wires"]
 
 _WIRES = {"selftest-i2c-slave": (("PB6", "PB10"), ("PB7", "PB11"))}
 
@@ -31,7 +31,7 @@ def _flash(machine: Machine) -> None:
     machine.chip.spis["SPI1"].bus.attach(W25q(W25qSettings(), Ports(inputs={"cs": select}), seed=1).spi_slave("spi"))
 
 
-_PARTS: dict[str, tuple[Callable[[Machine], None], ...]] = {
+PARTS: dict[str, tuple[Callable[[Machine], None], ...]] = {
     "style-arduino": (_eeprom, _flash),
     "style-drivers": (_eeprom, _display, _flash),
     "style-hal-buses": (_eeprom, _flash),
@@ -45,5 +45,5 @@ def put_wires(machine: Machine, image: str) -> None:
     nets = Nets()
     for pins in _WIRES.get(image, ()):
         nets.wire("-".join(pins), *(machine.chip.pins[pin] for pin in pins), pull=True)
-    for solder in _PARTS.get(image, ()):
+    for solder in PARTS.get(image, ()):
         solder(machine)

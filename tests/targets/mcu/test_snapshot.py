@@ -11,7 +11,7 @@ from targets.mcu.engine.hooks import Watchpoint
 from targets.mcu.machine import Machine
 from targets.mcu.snapshot import NotSaved, Snapshot
 from targets.mcu.trace import Trace
-from tests.targets.firmware.wires import put_wires
+from tests.targets.firmware.wires import PARTS, put_wires
 from tests.targets.mcu.traces.goldens import difference, lines_of
 from tests.targets.mcu.traces.scenarios import SCENARIOS, load
 
@@ -36,7 +36,10 @@ def goes_on(machine, *stops_ns):
     return recorder.close()
 
 
-@pytest.mark.parametrize("name", [name if name in FEW else pytest.param(name, marks=OTHERS) for name in SCENARIOS])
+OF_CHIPS = [name for name, scenario in SCENARIOS.items() if scenario.image not in PARTS]
+
+
+@pytest.mark.parametrize("name", [name if name in FEW else pytest.param(name, marks=OTHERS) for name in OF_CHIPS])
 def test_it_goes_on_the_same_way_again(name):
     scenario, chance = SCENARIOS[name], Random(name)
     machine, end = machine_of(scenario), scenario.span_ns

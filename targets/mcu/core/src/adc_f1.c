@@ -475,12 +475,15 @@ HIL_EXPORT void hil_adc_transfers(struct hil_adc *adc, struct hil_requests *requ
 
 HIL_EXPORT void hil_adc_free(struct hil_adc *adc) { free(adc); }
 
+static const struct hil_saved SAVED = {.size = sizeof(struct hil_adc)};
+
 /* Make a converter; it shares its interrupt with its master in the dual modes, or has none. Returns NULL if there is no
  * memory left. */
 HIL_EXPORT struct hil_adc *hil_adc_new(struct hil_queue *queue, struct hil_adc *master, hil_adc_ask ask) {
   struct hil_adc *adc = calloc(1, sizeof *adc);
   if (!adc)
     return NULL;
+  adc->block.saved = &SAVED;
   adc->queue = queue;
   adc->ask = ask;
   adc->block.read = read;
