@@ -171,6 +171,11 @@ class Transmitter:
         """Queue a break of `duration_ns`."""
         self._append((_Gap(duration_ns=duration_ns, is_break=True),))
 
+    def strike_with(self, injector: Injector | None) -> None:
+        """Have another injector decide what becomes of each byte, from those on that are written now."""
+        self._injector = injector
+        self.group_ns = self._group_ns
+
     def clear(self) -> int:
         """Forget everything that is not out yet; return how many bytes that were."""
         self._take_back()

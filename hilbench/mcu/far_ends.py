@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from hilbench.bench import Bench
 from hilbench.bench.line_faults import LineFaults
 from hilbench.benchfile.bench_file import BenchFile
-from hilbench.links.faults import FaultPlan, FaultyPort
+from hilbench.links.faults import Direction, FaultPlan, FaultyPort
 from hilbench.mcu.usart_port import UsartPort
 
 __all__ = ["FarEnds", "FaultyUsartPort"]
@@ -29,15 +30,23 @@ class FaultyUsartPort(FaultyPort):
 
     def __init__(self, bench: Bench, port: UsartPort, plan: FaultPlan) -> None:
         self.taps: list[Callable[[bytes, int], None]] = []
+        self._usart_port = port
         super().__init__(bench.scheduler, port, plan)
 
     def hang_up(self) -> None:
-        """Interrupt the line: nothing passes either way."""
+        """Interrupt the line: nothing passes either way, and what waits is lost."""
         self._interrupted = True
+        self.port.withdraw(0)
 
     def restore(self) -> None:
         """Let bytes pass again."""
         self._interrupted = False
+
+    def _judge_sent(self, plan: FaultPlan) -> None:
+        """Have the port judge bytes as they begin, so that those that are lost or come beside take their time."""
+        struck, port = plan.on_fault, self._usart_port
+        plan.on_fault = lambda fault, way, at_ns: port.output(at_ns, partial(struck, fault, way, at_ns))
+        port.strike_with(plan.injector(Direction.A_TO_B))
 
     def _deliver(self, data: bytes, now_ns: int) -> None:
         for tap in self.taps:

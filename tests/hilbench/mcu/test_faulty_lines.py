@@ -56,6 +56,32 @@ def test_each_end_gets_what_the_fault_leaves(emulate, text, heard, came):
     assert echoed(emulate(echo, more=text)) == (heard, came)
 
 
+BURST = bytes(range(40))
+"""Written at 1 ms; at 115200 bit/s a byte takes 86.8 us."""
+
+
+@pytest.mark.parametrize(
+    ("text", "heard"),
+    [
+        (fault("drop", at_s=0.002, towards="brain.usart1"), BURST[:12] + BURST[13:]),
+        (fault("truncate", at_s=0.002, towards="brain.usart1"), BURST[:12]),
+        (fault("disconnect", at_s=0.002, duration_s=1.0), BURST[:12]),
+    ],
+)
+def test_a_fault_strikes_what_is_on_the_line_by_then(emulate, text, heard):
+    """And not what is written by then: a burst that is written at once takes its time."""
+    assert echoed(emulate(echo, more=text), BURST)[0] == heard
+
+
+def test_the_time_of_a_byte_that_is_lost_passes(emulate):
+    emulated = emulate(echo, more=fault("drop", byte=1, towards="brain.usart1"))
+    starts_ns = []
+    emulated.ports["brain.usart1"].heard_taps.append(lambda _data, at_ns: starts_ns.append(at_ns))
+    echoed(emulated, b"0123")
+    first_ns, second_ns, _ = starts_ns
+    assert (second_ns - first_ns) * 115_200 // 1_000_000_000 == 20
+
+
 def test_a_wrong_rate_garbles_what_the_board_hears(emulate):
     heard, _ = echoed(emulate(echo, more=fault("baud", at_s=0, duration_s=1.0, baud=57600, towards="brain.usart1")))
     assert heard
@@ -90,6 +116,16 @@ def test_what_strikes_is_in_the_journal_and_in_the_evidence(emulate):
     (evidence,) = emulated.far_ends.faults.evidence()
     assert "fault drop" in evidence
     assert "struck (number 1)" in evidence
+
+
+@pytest.mark.parametrize("reacts", [True, False])
+def test_it_is_in_the_journal_when_it_strikes(emulate, reacts):
+    """Even if the chip runs ahead of the bench, where nobody answers it."""
+    emulated = emulate(echo, more=fault("drop", at_s=0.002, towards="brain.usart1"))
+    emulated.ports["brain.usart1"].reacts = reacts
+    echoed(emulated, BURST)
+    (struck,) = [event for event in emulated.bench.journal.recent if event["kind"] == "fault"]
+    assert struck["ns"] == pytest.approx(2_041_680, abs=50)
 
 
 def test_a_client_of_a_served_board_gets_them(emulate):
