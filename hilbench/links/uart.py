@@ -78,6 +78,7 @@ class Transmitter:
 
     Attributes:
         bits_per_byte: Bit times from the start bit to the end of the last stop bit.
+        break_ns: How long the break is that `on_break` was called for last, in ns.
         recall: Takes back what of a group has not begun, given its size, and returns how many bytes that is; never all.
     """
 
@@ -98,6 +99,7 @@ class Transmitter:
         self._timeline = timeline
         self._source = source
         self.bits_per_byte = line.bits_per_byte
+        self.break_ns = 0
         self._emit = emit
         self._on_break = on_break
         self._on_idle = on_idle
@@ -326,6 +328,7 @@ class Transmitter:
         if not isinstance(head, _Gap):
             self._emit(_BYTES[head] if len(out) == 1 else bytes(item for item in out if isinstance(item, int)), now_ns)
         elif head.is_break and self._on_break is not None:
+            self.break_ns = head.duration_ns
             self._on_break(now_ns)
 
 

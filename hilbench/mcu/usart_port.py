@@ -10,7 +10,6 @@ has not begun is taken back when anything changes.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
@@ -112,7 +111,6 @@ class UsartPort(PortBase):
         self._judged_bit_s: Fraction | None = None
         self._is_near = False
         self.chip_time = ChipTime(bench, machine)
-        self._breaks: deque[int] = deque()
         self._together: list[_Byte] = []  # read by this end, in real time, and not reported yet
         group.after_round.append(self._end_round)
         self._baud = baud or _usual(usart.baud_hz)
@@ -223,7 +221,6 @@ class UsartPort(PortBase):
         """Hold the RX line low for `duration_ns`, after the bytes written so far."""
         self._take_to_send(b"", self._bench.now_ns)
         duration_ns = max(duration_ns, (_BREAK_BITS + 3) * NS_PER_S // self._baud)
-        self._breaks.append(duration_ns)
         self._transmitter.send_break(duration_ns)
 
     def join(self, other: UsartPort) -> None:
@@ -238,7 +235,6 @@ class UsartPort(PortBase):
             self.closed = True
             self.line_is_up = False
             self.counters.lost += self._transmitter.clear()
-            self._breaks.clear()
 
     def hear(self, frame: SerialFrame) -> None:
         """Put a frame on the RX line as soon as the chip has reached its start."""
@@ -247,7 +243,7 @@ class UsartPort(PortBase):
     def _begin_break(self, at_ns: int) -> None:
         bit_s = self._bit_s
         # The line is high for a moment before anything else is sent.
-        bits = max(_BREAK_BITS, int(Fraction(self._breaks.popleft(), NS_PER_S) / bit_s) - 3)
+        bits = max(_BREAK_BITS, int(Fraction(self._transmitter.break_ns, NS_PER_S) / bit_s) - 3)
         self._hear(SerialFrame(start_s=Fraction(at_ns, NS_PER_S), bit_s=bit_s, bits=0, bit_count=bits))
 
     def _hear(self, frame: SerialFrame) -> None:

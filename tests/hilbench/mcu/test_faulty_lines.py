@@ -108,6 +108,25 @@ def test_a_break_reaches_the_board(emulate):
     assert [(frame.bits, round(float(frame.bit_count * frame.bit_s), 3)) for frame in frames] == [(0, 0.002)]
 
 
+def test_a_break_that_is_taken_back_leaves_the_next_one_as_it_is(emulate):
+    frames = []
+
+    def program(machine):
+        echo(machine)
+        usart = machine.chip.usarts["USART1"]
+        usart.receive = lambda frame, receive=usart.receive: (frames.append(frame), receive(frame))
+
+    emulated = emulate(program, more=LINE)
+    port = emulated.ports["brain.usart1"]
+    emulated.bench.run_for(0.001)
+    port.write(b"01")
+    port.send_break(5_000_000)
+    port.withdraw(0)
+    port.send_break(2_000_000)
+    emulated.bench.run_for(0.02)
+    assert [round(float(frame.bit_count * frame.bit_s), 3) for frame in frames if not frame.bits] == [0.002]
+
+
 def test_what_strikes_is_in_the_journal_and_in_the_evidence(emulate):
     emulated = emulate(echo, more=fault("drop", byte=0, towards="peer"))
     echoed(emulated)
