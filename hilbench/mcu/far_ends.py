@@ -68,9 +68,7 @@ class FarEnds:
     """
 
     def __init__(self, bench: Bench, bench_file: BenchFile, ports: Mapping[str, UsartPort], *, seed: int) -> None:
-        self._bench = bench
         self._ports = ports
-        self._links = {end: number for number, link in enumerate(bench_file.links) for end in link.ends}
         self._faulty: dict[str, FaultyUsartPort] = {}
         self.faults: LineFaults | None = None
         if bench_file.faults:
@@ -81,6 +79,11 @@ class FarEnds:
                 near_is_client=True,
                 is_client_end=lambda end: end not in ports,
             )
+            for number, link in enumerate(bench_file.links):
+                plan = self.faults.plan_of(number)
+                for end in link.ends:
+                    if plan.faults and end in ports:
+                        self._faulty[end] = FaultyUsartPort(bench, ports[end], plan)
 
     def tell_of_refusals(self, say: Callable[[str], None]) -> None:
         """Have a person told of faults that cannot strike."""
@@ -96,12 +99,7 @@ class FarEnds:
         Raises:
             KeyError: there is none of that name.
         """
-        port, link = self._ports[end], self._links.get(end)
-        if self.faults is None or link is None or not (plan := self.faults.plan_of(link)).faults:
-            return port
-        if end not in self._faulty:
-            self._faulty[end] = FaultyUsartPort(self._bench, port, plan)
-        return self._faulty[end]
+        return self._faulty.get(end) or self._ports[end]
 
     def reacting(self, end: str) -> UsartPort | FaultyUsartPort:
         """Return a far end for an owner who may answer each byte at once, so that the chip waits for that.

@@ -108,6 +108,14 @@ def test_a_break_reaches_the_board(emulate):
     assert [(frame.bits, round(float(frame.bit_count * frame.bit_s), 3)) for frame in frames] == [(0, 0.002)]
 
 
+def test_it_strikes_on_time_where_nobody_speaks(emulate):
+    """Such as a break in `hilbench run` without --send; and not when somebody speaks for the first time."""
+    emulated = emulate(echo, more=fault("break", at_s=0.001, duration_s=0.002, towards="brain.usart1"))
+    emulated.bench.run_for(0.01)
+    (struck,) = [event for event in emulated.bench.journal.recent if event["kind"] == "fault"]
+    assert struck["ns"] == 1_000_000
+
+
 def test_a_break_that_is_taken_back_leaves_the_next_one_as_it_is(emulate):
     frames = []
 
