@@ -8,7 +8,7 @@ from functools import partial
 from hilbench.bench import Bench
 from hilbench.bench.line_faults import LineFaults
 from hilbench.benchfile.bench_file import BenchFile
-from hilbench.links.faults import Direction, FaultPlan, FaultyPort
+from hilbench.links.faults import Direction, Fault, FaultPlan, FaultyPort
 from hilbench.mcu.usart_port import UsartPort
 
 __all__ = ["FarEnds", "FaultyUsartPort"]
@@ -44,9 +44,16 @@ class FaultyUsartPort(FaultyPort):
 
     def _judge_sent(self, plan: FaultPlan) -> None:
         """Have the port judge bytes as they begin, so that those that are lost or come beside take their time."""
-        struck, port = plan.on_fault, self._usart_port
-        plan.on_fault = lambda fault, way, at_ns: port.output(at_ns, partial(struck, fault, way, at_ns))
-        port.strike_with(plan.injector(Direction.A_TO_B))
+        plan.on_fault = partial(self._tell, plan.on_fault)
+        self._usart_port.strike_with(plan.injector(Direction.A_TO_B))
+
+    def _tell(self, struck: Callable[[Fault, Direction, int], None], fault: Fault, way: Direction, at_ns: int) -> None:
+        """Tell of a fault when the bench is there: what the port judges is ahead of it."""
+        tell = partial(struck, fault, way, at_ns)
+        if at_ns > self._scheduler.now_ns:
+            self._usart_port.output(at_ns, tell)
+        else:
+            tell()
 
     def _deliver(self, data: bytes, now_ns: int) -> None:
         for tap in self.taps:

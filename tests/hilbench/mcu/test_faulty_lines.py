@@ -146,13 +146,17 @@ def test_what_strikes_is_in_the_journal_and_in_the_evidence(emulate):
 
 
 @pytest.mark.parametrize("reacts", [True, False])
-def test_it_is_in_the_journal_when_it_strikes(emulate, reacts):
+@pytest.mark.parametrize(("towards", "us"), [("brain.usart1", 2041.68), ("peer", 2038.43)])
+def test_it_is_in_the_journal_when_it_strikes(emulate, towards, us, reacts):
     """Even if the chip runs ahead of the bench, where nobody answers it."""
-    emulated = emulate(echo, more=fault("drop", at_s=0.002, towards="brain.usart1"))
+    emulated = emulate(echo, more=fault("drop", at_s=0.002, towards=towards))
+    port = emulated.far_ends["brain.usart1"]
+    emulated.bench.run_for(0.001)
     emulated.ports["brain.usart1"].reacts = reacts
-    echoed(emulated, BURST)
+    port.write(BURST)
+    emulated.bench.run_for(0.02)
     (struck,) = [event for event in emulated.bench.journal.recent if event["kind"] == "fault"]
-    assert struck["ns"] == pytest.approx(2_041_680, abs=50)
+    assert struck["ns"] == pytest.approx(us * 1000, abs=50)
 
 
 def test_a_client_of_a_served_board_gets_them(emulate):
