@@ -56,6 +56,7 @@ class Watchpoint:
     """Bytes of memory, or of registers, that are watched.
 
     Only what instructions access counts: not what DMA moves, nor frames of exceptions, nor the fetch of instructions.
+    The address is the one that the instruction uses: an access by the bit-band alias of a word is none to the word.
 
     Attributes:
         address: of the first.
