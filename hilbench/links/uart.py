@@ -188,18 +188,20 @@ class Transmitter:
         self._generation += 1
         return lost
 
-    def withdraw(self, keep: int) -> int:
+    def withdraw(self, keep: int, *, judged: bool = False) -> int:
         """Forget what waits but for the next `keep` bytes and those on the line; return how many bytes that were.
 
-        Of bytes that are let out together, only the first counts as being on the line; or those that have begun.
+        What the injector has made of a byte stays whole once some of it is on the line, unless `judged` is set. Of
+        bytes that are let out together, only the first counts as being on the line; or those that have begun.
         """
         self._take_back()
-        keep = max(keep, self._judged, self._shifting if self._at_start else min(self._shifting, 1))
+        keep = max(keep, 0 if judged else self._judged, self._shifting if self._at_start else min(self._shifting, 1))
         withdrawn = len(self._bulk[keep:])
         del self._bulk[keep:]
         while len(self._queue) > keep:
             withdrawn += isinstance(self._queue.pop(), int)
         self._shifting = min(self._shifting, keep)
+        self._judged = min(self._judged, keep)
         return withdrawn
 
     def set_frame(self, baud: int, bits_per_byte: int) -> None:

@@ -36,7 +36,7 @@ class FaultyUsartPort(FaultyPort):
     def hang_up(self) -> None:
         """Interrupt the line: nothing passes either way, and what waits is lost."""
         self._interrupted = True
-        self.port.withdraw(0)
+        self._usart_port.lose()
 
     def restore(self) -> None:
         """Let bytes pass again."""

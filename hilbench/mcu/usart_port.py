@@ -177,6 +177,10 @@ class UsartPort(PortBase):
         """Have an injector decide what becomes of each byte that is written here, when it begins."""
         self._transmitter.strike_with(injector)
 
+    def lose(self) -> None:
+        """Lose what is not on the line yet."""
+        self.counters.lost += self._transmitter.withdraw(0, judged=True)
+
     def begin(self, data: bytes, at_ns: int) -> None:
         """Put bytes on the RX line, the first of which begins at `at_ns`, now in the time of the chip."""
         form = self.line_format

@@ -73,6 +73,15 @@ def test_a_fault_strikes_what_is_on_the_line_by_then(emulate, text, heard):
     assert echoed(emulate(echo, more=text), BURST)[0] == heard
 
 
+def test_noise_ends_where_the_line_is_interrupted(emulate):
+    interruption = '[[faults]]\nkind = "disconnect"\nat_s = 0.002\nduration_s = 1.0\n'
+    noise = fault("noise", byte=1, count=100, towards="brain.usart1")
+    emulated = emulate(echo, more=noise + interruption)
+    heard, _ = echoed(emulated)
+    assert (len(heard), heard[:1]) == (12, b"0")
+    assert emulated.ports["brain.usart1"].counters.lost == 100 + 4 - 12
+
+
 def test_the_time_of_a_byte_that_is_lost_passes(emulate):
     emulated = emulate(echo, more=fault("drop", byte=1, towards="brain.usart1"))
     starts_ns = []
