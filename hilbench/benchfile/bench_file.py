@@ -245,7 +245,7 @@ class BenchFile:
     def served_lines(self) -> Mapping[str, int]:
         """The lines of models without a body that lead to the checker, or to who is served, each with its rate, bit/s.
 
-        Of models that only the checker is there are none.
+        A model that only the checker can be has none.
         """
         return {
             far: link.baud

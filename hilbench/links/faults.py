@@ -298,13 +298,15 @@ class FaultyPort(PortInFront):
         self._scheduler = scheduler
         self._wire_baud: dict[Direction, int] = {}
         unpaced = Line(baud=0)
-        self._out = Transmitter(
-            scheduler, f"{self.name}.out", unpaced, self._pass_on, injector=plan.injector(Direction.A_TO_B)
-        )
+        self._out = Transmitter(scheduler, f"{self.name}.out", unpaced, self._pass_on, injector=self._judge_sent(plan))
         self._in = Transmitter(
             scheduler, f"{self.name}.in", unpaced, self._pass_in, injector=plan.injector(Direction.B_TO_A)
         )
         plan.arm(scheduler, self)
+
+    def _judge_sent(self, plan: FaultPlan) -> Injector | None:
+        """Return what decides on bytes when they are written: those that wait at the port are out of reach."""
+        return plan.injector(Direction.A_TO_B)
 
     def _stand_before(self, port: Port) -> None:
         super()._stand_before(port)

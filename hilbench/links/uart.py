@@ -78,6 +78,7 @@ class Transmitter:
 
     Attributes:
         bits_per_byte: Bit times from the start bit to the end of the last stop bit.
+        break_ns: How long the break is that `on_break` was called for last, in ns.
         recall: Takes back what of a group has not begun, given its size, and returns how many bytes that is; never all.
     """
 
@@ -98,6 +99,7 @@ class Transmitter:
         self._timeline = timeline
         self._source = source
         self.bits_per_byte = line.bits_per_byte
+        self.break_ns = 0
         self._emit = emit
         self._on_break = on_break
         self._on_idle = on_idle
@@ -171,6 +173,11 @@ class Transmitter:
         """Queue a break of `duration_ns`."""
         self._append((_Gap(duration_ns=duration_ns, is_break=True),))
 
+    def strike_with(self, injector: Injector | None) -> None:
+        """Have another injector decide what becomes of each byte, from those on that are written now."""
+        self._injector = injector
+        self.group_ns = self._group_ns
+
     def clear(self) -> int:
         """Forget everything that is not out yet; return how many bytes that were."""
         self._take_back()
@@ -181,18 +188,20 @@ class Transmitter:
         self._generation += 1
         return lost
 
-    def withdraw(self, keep: int) -> int:
+    def withdraw(self, keep: int, *, judged: bool = False) -> int:
         """Forget what waits but for the next `keep` bytes and those on the line; return how many bytes that were.
 
-        Of bytes that are let out together, only the first counts as being on the line; or those that have begun.
+        What the injector has made of a byte stays whole once some of it is on the line, unless `judged` is set. Of
+        bytes that are let out together, only the first counts as being on the line; or those that have begun.
         """
         self._take_back()
-        keep = max(keep, self._judged, self._shifting if self._at_start else min(self._shifting, 1))
+        keep = max(keep, 0 if judged else self._judged, self._shifting if self._at_start else min(self._shifting, 1))
         withdrawn = len(self._bulk[keep:])
         del self._bulk[keep:]
         while len(self._queue) > keep:
             withdrawn += isinstance(self._queue.pop(), int)
         self._shifting = min(self._shifting, keep)
+        self._judged = min(self._judged, keep)
         return withdrawn
 
     def set_frame(self, baud: int, bits_per_byte: int) -> None:
@@ -321,6 +330,7 @@ class Transmitter:
         if not isinstance(head, _Gap):
             self._emit(_BYTES[head] if len(out) == 1 else bytes(item for item in out if isinstance(item, int)), now_ns)
         elif head.is_break and self._on_break is not None:
+            self.break_ns = head.duration_ns
             self._on_break(now_ns)
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from hilbench.bench import Bench
 from hilbench.bench.line_faults import LineFaults
 from hilbench.benchfile.bench_file import BenchFile
-from hilbench.links.faults import FaultPlan, FaultyPort
+from hilbench.links.faults import Direction, Fault, FaultPlan, FaultyPort
 from hilbench.mcu.usart_port import UsartPort
 
 __all__ = ["FarEnds", "FaultyUsartPort"]
@@ -29,15 +30,30 @@ class FaultyUsartPort(FaultyPort):
 
     def __init__(self, bench: Bench, port: UsartPort, plan: FaultPlan) -> None:
         self.taps: list[Callable[[bytes, int], None]] = []
+        self._usart_port = port
         super().__init__(bench.scheduler, port, plan)
 
     def hang_up(self) -> None:
-        """Interrupt the line: nothing passes either way."""
+        """Interrupt the line: nothing passes either way, and what waits is lost."""
         self._interrupted = True
+        self._usart_port.lose()
 
     def restore(self) -> None:
         """Let bytes pass again."""
         self._interrupted = False
+
+    def _judge_sent(self, plan: FaultPlan) -> None:
+        """Have the port judge bytes as they begin, so that those that are lost or come beside take their time."""
+        plan.on_fault = partial(self._tell, plan.on_fault)
+        self._usart_port.strike_with(plan.injector(Direction.A_TO_B))
+
+    def _tell(self, struck: Callable[[Fault, Direction, int], None], fault: Fault, way: Direction, at_ns: int) -> None:
+        """Tell of a fault when the bench is there: what the port judges is ahead of it."""
+        tell = partial(struck, fault, way, at_ns)
+        if at_ns > self._scheduler.now_ns:
+            self._usart_port.output(at_ns, tell)
+        else:
+            tell()
 
     def _deliver(self, data: bytes, now_ns: int) -> None:
         for tap in self.taps:
@@ -59,9 +75,7 @@ class FarEnds:
     """
 
     def __init__(self, bench: Bench, bench_file: BenchFile, ports: Mapping[str, UsartPort], *, seed: int) -> None:
-        self._bench = bench
         self._ports = ports
-        self._links = {end: number for number, link in enumerate(bench_file.links) for end in link.ends}
         self._faulty: dict[str, FaultyUsartPort] = {}
         self.faults: LineFaults | None = None
         if bench_file.faults:
@@ -72,6 +86,11 @@ class FarEnds:
                 near_is_client=True,
                 is_client_end=lambda end: end not in ports,
             )
+            for number, link in enumerate(bench_file.links):
+                plan = self.faults.plan_of(number)
+                for end in link.ends:
+                    if plan.faults and end in ports:
+                        self._faulty[end] = FaultyUsartPort(bench, ports[end], plan)
 
     def tell_of_refusals(self, say: Callable[[str], None]) -> None:
         """Have a person told of faults that cannot strike."""
@@ -87,12 +106,7 @@ class FarEnds:
         Raises:
             KeyError: there is none of that name.
         """
-        port, link = self._ports[end], self._links.get(end)
-        if self.faults is None or link is None or not (plan := self.faults.plan_of(link)).faults:
-            return port
-        if end not in self._faulty:
-            self._faulty[end] = FaultyUsartPort(self._bench, port, plan)
-        return self._faulty[end]
+        return self._faulty.get(end) or self._ports[end]
 
     def reacting(self, end: str) -> UsartPort | FaultyUsartPort:
         """Return a far end for an owner who may answer each byte at once, so that the chip waits for that.

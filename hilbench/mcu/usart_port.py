@@ -10,7 +10,6 @@ has not begun is taken back when anything changes.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
@@ -20,7 +19,7 @@ from hilbench.bench import Bench
 from hilbench.clock import NS_PER_MS, NS_PER_S
 from hilbench.links.memory import REAL_TIME_GROUP_NS
 from hilbench.links.port import Line, PortBase, Refused, raise_it
-from hilbench.links.uart import Transmitter
+from hilbench.links.uart import Injector, Transmitter
 from hilbench.mcu.group import ChipTime, MachineGroup
 from hilbench.mcu.seams import Machine, Usart
 from targets.mcu.serial_line import LineReceiver, SerialFormat, SerialFrame, Words
@@ -112,7 +111,6 @@ class UsartPort(PortBase):
         self._judged_bit_s: Fraction | None = None
         self._is_near = False
         self.chip_time = ChipTime(bench, machine)
-        self._breaks: deque[int] = deque()
         self._together: list[_Byte] = []  # read by this end, in real time, and not reported yet
         group.after_round.append(self._end_round)
         self._baud = baud or _usual(usart.baud_hz)
@@ -175,6 +173,14 @@ class UsartPort(PortBase):
         """Take back what is not out yet, but for the next `keep` bytes and the one that is on the line."""
         self.counters.withdrawn += self._transmitter.withdraw(keep)
 
+    def strike_with(self, injector: Injector | None) -> None:
+        """Have an injector decide what becomes of each byte that is written here, when it begins."""
+        self._transmitter.strike_with(injector)
+
+    def lose(self) -> None:
+        """Lose what is not on the line yet."""
+        self.counters.lost += self._transmitter.withdraw(0, judged=True)
+
     def begin(self, data: bytes, at_ns: int) -> None:
         """Put bytes on the RX line, the first of which begins at `at_ns`, now in the time of the chip."""
         form = self.line_format
@@ -219,7 +225,6 @@ class UsartPort(PortBase):
         """Hold the RX line low for `duration_ns`, after the bytes written so far."""
         self._take_to_send(b"", self._bench.now_ns)
         duration_ns = max(duration_ns, (_BREAK_BITS + 3) * NS_PER_S // self._baud)
-        self._breaks.append(duration_ns)
         self._transmitter.send_break(duration_ns)
 
     def join(self, other: UsartPort) -> None:
@@ -234,7 +239,6 @@ class UsartPort(PortBase):
             self.closed = True
             self.line_is_up = False
             self.counters.lost += self._transmitter.clear()
-            self._breaks.clear()
 
     def hear(self, frame: SerialFrame) -> None:
         """Put a frame on the RX line as soon as the chip has reached its start."""
@@ -243,7 +247,7 @@ class UsartPort(PortBase):
     def _begin_break(self, at_ns: int) -> None:
         bit_s = self._bit_s
         # The line is high for a moment before anything else is sent.
-        bits = max(_BREAK_BITS, int(Fraction(self._breaks.popleft(), NS_PER_S) / bit_s) - 3)
+        bits = max(_BREAK_BITS, int(Fraction(self._transmitter.break_ns, NS_PER_S) / bit_s) - 3)
         self._hear(SerialFrame(start_s=Fraction(at_ns, NS_PER_S), bit_s=bit_s, bits=0, bit_count=bits))
 
     def _hear(self, frame: SerialFrame) -> None:
@@ -252,6 +256,10 @@ class UsartPort(PortBase):
         self.on_heard(words, self.chip_time.now_ns)
         self._machine.forget_resets()
         self._usart.receive(frame)
+
+    def output(self, ns: int, action: Callable[[], None]) -> None:
+        """Have `action` happen on the bench at `ns`, called while the chip runs, which may be ahead of the bench."""
+        self._group.output(ns, action, source=self.name, reacts=self.reacts)
 
     # --- from the USART
 
@@ -292,7 +300,7 @@ class UsartPort(PortBase):
             return
         self._tell_together(frame.start_ns)
         if frame.is_break:
-            self._output(frame.end_ns, self._take_break)
+            self.output(frame.end_ns, self._take_break)
         else:
             self._misread(frame)
 
@@ -301,7 +309,7 @@ class UsartPort(PortBase):
         if self.reacts or not self._bench.scheduler.locked:
             self._tell_together(frame.start_ns)
             value, wrong = _judged(frame.bits, self.line_format)
-            self._output(frame.end_ns, partial(self._take, _BYTES[value], wrong))
+            self.output(frame.end_ns, partial(self._take, _BYTES[value], wrong))
             return
         if self._group.breathe(frame.start_ns):
             self._tell_together(frame.start_ns)
@@ -320,7 +328,7 @@ class UsartPort(PortBase):
             del self._together[: len(complete)]
             data = bytes(byte.value for byte in complete)
             wrong = sum(byte.wrong for byte in complete)
-            self._output(complete[-1].end_ns, partial(self._take, data, wrong))
+            self.output(complete[-1].end_ns, partial(self._take, data, wrong))
 
     def _fits(self, bit_s: Fraction, bit_count: int) -> bool:
         """Say whether this end reads a frame as it was meant."""
@@ -343,7 +351,7 @@ class UsartPort(PortBase):
     def _await_word(self, receiver: LineReceiver) -> None:
         done_s = receiver.next_s()
         if done_s is not None:
-            self._output(_ns(done_s), lambda: self._take_words(receiver, done_s))
+            self.output(_ns(done_s), lambda: self._take_words(receiver, done_s))
 
     def _take_words(self, receiver: LineReceiver, done_s: Fraction) -> None:
         for word in receiver.advance(done_s):
@@ -363,9 +371,6 @@ class UsartPort(PortBase):
         if not self.closed:
             self.counters.breaks += 1
             self.on_break(self._bench.now_ns)
-
-    def _output(self, ns: int, action: Callable[[], None]) -> None:
-        self._group.output(ns, action, source=self.name, reacts=self.reacts)
 
 
 def _judged(bits: int, form: SerialFormat) -> tuple[int, bool]:

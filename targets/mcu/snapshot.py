@@ -32,6 +32,7 @@ from targets.mcu.engine.counted import CountedLoops
 from targets.mcu.engine.hooks import Hooks
 from targets.mcu.errors import McuError
 from targets.mcu.image import Image
+from targets.mcu.pins import Pins
 from targets.mcu.stm32.dma_requests import Requests
 
 if TYPE_CHECKING:
@@ -109,12 +110,14 @@ class _Walk:
     def __init__(self, machine: Machine, memories: set[int]) -> None:
         self.put_back: list[_PutBack] = []
         self._memories = memories
+        self._pins = machine.chip.pins
         self._seen: dict[int, object] = {}  # kept alive, as places in memory are compared
         self._todo: deque[tuple[Any, _Path]] = deque([(machine, ((), "machine"))])
         self._savers: dict[type, Callable[[Any, _Path], None]] = {
             **dict.fromkeys((tuple, frozenset), self._follow_each),
             **dict.fromkeys((list, deque, set), self._save_sequence),
             dict: self._save_dict,
+            Pins: self._save_pins,
             bytearray: self._save_bytes,
             Random: self._save_chance,
             types.MappingProxyType: lambda one, path: self._save_dict(dict(one), path),
@@ -192,6 +195,11 @@ class _Walk:
         else:
             what = f"{type(one).__module__}.{type(one).__qualname__}"
             raise NotSaved(f"{_named(path)}: {what} is no part of the chip, and cannot be saved")
+
+    def _save_pins(self, one: Pins, path: _Path) -> None:
+        if one is not self._pins:
+            raise NotSaved(f"{_named(path)}: a wire leads to another chip, and neither can be saved alone")
+        self._save_object(one, path)
 
     def _save_object(self, one: Any, path: _Path) -> None:
         changes = not getattr(getattr(one, "__dataclass_params__", None), "frozen", False)

@@ -56,10 +56,11 @@ class Watchpoint:
     """Bytes of memory, or of registers, that are watched.
 
     Only what instructions access counts: not what DMA moves, nor frames of exceptions, nor the fetch of instructions.
+    The address is the one that the instruction uses: an access by the bit-band alias of a word is none to the word.
 
     Attributes:
         address: of the first.
-        size: how many.
+        size: how many, at most 2**32 - 1.
         reads: stop before they are read.
         writes: stop before they are written.
     """
@@ -71,7 +72,8 @@ class Watchpoint:
 
     def __post_init__(self) -> None:
         """Raise ValueError for what no access could hit."""
-        if not (0 <= self.address < _WORD and 0 < self.size <= _WORD - self.address and (self.reads or self.writes)):
+        there = 0 <= self.address < _WORD and 0 < self.size <= min(_WORD - self.address, _WORD - 1)
+        if not (there and (self.reads or self.writes)):
             raise ValueError(f"{self}: no bytes of the address space, or neither reads nor writes")
 
 
@@ -150,9 +152,7 @@ class Hooks:
     def watchpoints(self, watchpoints: Iterable[Watchpoint]) -> None:
         wanted = tuple(watchpoints)
         numbers = [
-            number
-            for one in wanted
-            for number in (one.address, one.size & (_WORD - 1), one.reads * _READ | one.writes * _WRITE)
+            number for one in wanted for number in (one.address, one.size, one.reads * _READ | one.writes * _WRITE)
         ]
         words = (ctypes.c_uint32 * len(numbers))(*numbers)
         if not self._library.hil_set_watchpoints(self._core, words, len(wanted)):

@@ -56,6 +56,41 @@ def test_each_end_gets_what_the_fault_leaves(emulate, text, heard, came):
     assert echoed(emulate(echo, more=text)) == (heard, came)
 
 
+BURST = bytes(range(40))
+"""Written at 1 ms; at 115200 bit/s a byte takes 86.8 us."""
+
+
+@pytest.mark.parametrize(
+    ("text", "heard"),
+    [
+        (fault("drop", at_s=0.002, towards="brain.usart1"), BURST[:12] + BURST[13:]),
+        (fault("truncate", at_s=0.002, towards="brain.usart1"), BURST[:12]),
+        (fault("disconnect", at_s=0.002, duration_s=1.0), BURST[:12]),
+    ],
+)
+def test_a_fault_strikes_what_is_on_the_line_by_then(emulate, text, heard):
+    """And not what is written by then: a burst that is written at once takes its time."""
+    assert echoed(emulate(echo, more=text), BURST)[0] == heard
+
+
+def test_noise_ends_where_the_line_is_interrupted(emulate):
+    interruption = '[[faults]]\nkind = "disconnect"\nat_s = 0.002\nduration_s = 1.0\n'
+    noise = fault("noise", byte=1, count=100, towards="brain.usart1")
+    emulated = emulate(echo, more=noise + interruption)
+    heard, _ = echoed(emulated)
+    assert (len(heard), heard[:1]) == (12, b"0")
+    assert emulated.ports["brain.usart1"].counters.lost == 100 + 4 - 12
+
+
+def test_the_time_of_a_byte_that_is_lost_passes(emulate):
+    emulated = emulate(echo, more=fault("drop", byte=1, towards="brain.usart1"))
+    starts_ns = []
+    emulated.ports["brain.usart1"].heard_taps.append(lambda _data, at_ns: starts_ns.append(at_ns))
+    echoed(emulated, b"0123")
+    first_ns, second_ns, _ = starts_ns
+    assert (second_ns - first_ns) * 115_200 // 1_000_000_000 == 20
+
+
 def test_a_wrong_rate_garbles_what_the_board_hears(emulate):
     heard, _ = echoed(emulate(echo, more=fault("baud", at_s=0, duration_s=1.0, baud=57600, towards="brain.usart1")))
     assert heard
@@ -82,6 +117,33 @@ def test_a_break_reaches_the_board(emulate):
     assert [(frame.bits, round(float(frame.bit_count * frame.bit_s), 3)) for frame in frames] == [(0, 0.002)]
 
 
+def test_it_strikes_on_time_where_nobody_speaks(emulate):
+    """Such as a break in `hilbench run` without --send; and not when somebody speaks for the first time."""
+    emulated = emulate(echo, more=fault("break", at_s=0.001, duration_s=0.002, towards="brain.usart1"))
+    emulated.bench.run_for(0.01)
+    (struck,) = [event for event in emulated.bench.journal.recent if event["kind"] == "fault"]
+    assert struck["ns"] == 1_000_000
+
+
+def test_a_break_that_is_taken_back_leaves_the_next_one_as_it_is(emulate):
+    frames = []
+
+    def program(machine):
+        echo(machine)
+        usart = machine.chip.usarts["USART1"]
+        usart.receive = lambda frame, receive=usart.receive: (frames.append(frame), receive(frame))
+
+    emulated = emulate(program, more=LINE)
+    port = emulated.ports["brain.usart1"]
+    emulated.bench.run_for(0.001)
+    port.write(b"01")
+    port.send_break(5_000_000)
+    port.withdraw(0)
+    port.send_break(2_000_000)
+    emulated.bench.run_for(0.02)
+    assert [round(float(frame.bit_count * frame.bit_s), 3) for frame in frames if not frame.bits] == [0.002]
+
+
 def test_what_strikes_is_in_the_journal_and_in_the_evidence(emulate):
     emulated = emulate(echo, more=fault("drop", byte=0, towards="peer"))
     echoed(emulated)
@@ -90,6 +152,20 @@ def test_what_strikes_is_in_the_journal_and_in_the_evidence(emulate):
     (evidence,) = emulated.far_ends.faults.evidence()
     assert "fault drop" in evidence
     assert "struck (number 1)" in evidence
+
+
+@pytest.mark.parametrize("reacts", [True, False])
+@pytest.mark.parametrize(("towards", "us"), [("brain.usart1", 2041.68), ("peer", 2038.43)])
+def test_it_is_in_the_journal_when_it_strikes(emulate, towards, us, reacts):
+    """Even if the chip runs ahead of the bench, where nobody answers it."""
+    emulated = emulate(echo, more=fault("drop", at_s=0.002, towards=towards))
+    port = emulated.far_ends["brain.usart1"]
+    emulated.bench.run_for(0.001)
+    emulated.ports["brain.usart1"].reacts = reacts
+    port.write(BURST)
+    emulated.bench.run_for(0.02)
+    (struck,) = [event for event in emulated.bench.journal.recent if event["kind"] == "fault"]
+    assert struck["ns"] == pytest.approx(us * 1000, abs=50)
 
 
 def test_a_client_of_a_served_board_gets_them(emulate):

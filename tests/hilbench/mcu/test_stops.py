@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 
 from hilbench.cli import main
+from hilbench.mcu.command_line import open_target
+from hilbench.mcu.emulated import EmulatedBench
+from hilbench.mcu.stops import set_stops
 from tests.hilbench.mcu.test_init_and_fixtures import IMAGES
 
 KERNEL = f"bluepill:{IMAGES / 'style-kernel.elf'}"
@@ -37,6 +41,17 @@ def test_a_place_that_is_not_reached_changes_nothing(capsys):
         del told["real_time_factor"]
     assert before == after
     assert before["end"] is None
+
+
+def test_all_places_of_a_name_count():
+    """Two files of the firmware have a static function `send`."""
+    emulated = EmulatedBench(open_target(f"bluepill:{IMAGES / 'robot-dodge-p2os.elf'}"))
+    with contextlib.closing(emulated):
+        set_stops(emulated, ["send"], ["send"])
+        (machine,) = emulated.machines.values()
+        hooks = machine.engine.hooks
+        assert len(hooks.breakpoints) == 2
+        assert {one.address & ~1 for one in hooks.watchpoints} == hooks.breakpoints
 
 
 def test_the_text_says_where(capsys):

@@ -9,6 +9,7 @@ import pytest
 
 from targets.mcu.engine.hooks import Watchpoint
 from targets.mcu.machine import Machine
+from targets.mcu.nets import Nets
 from targets.mcu.snapshot import NotSaved, Snapshot
 from targets.mcu.trace import Trace
 from tests.targets.firmware.wires import PARTS, put_wires
@@ -99,6 +100,14 @@ def test_what_is_no_part_of_the_chip_is_refused():
     Snapshot(machine)
     machine.chip.i2cs["I2C1"].bus.attach(Slave())
     with pytest.raises(NotSaved, match=r"bus\.slaves\[\.\.\.\]: .*test_snapshot\.Slave is no part of the chip"):
+        Snapshot(machine)
+
+
+def test_a_chip_that_is_wired_to_another_is_refused():
+    """Its wires lead to the other's pins, and from there to all that the other consists of."""
+    machine, other = (machine_of(SCENARIOS["style-kernel"]) for _ in range(2))
+    Nets().wire("between", machine.chip.pins["PA2"], other.chip.pins["PA3"])
+    with pytest.raises(NotSaved, match=r"\S+: a wire leads to another chip"):
         Snapshot(machine)
 
 

@@ -150,13 +150,16 @@ def test_breakpoints_everywhere_change_nothing(make, code, timing, skip, seed):
     assert told == sorted(told)
 
 
+WHOLE = {"address": 0, "size": 1 << 32}
+
+
 def test_too_many_are_refused(machine):
     with pytest.raises(ValueError, match="257 breakpoints are too many: at most 256"):
         machine.engine.hooks.breakpoints = range(0, 514, 2)
     with pytest.raises(ValueError, match="65 watchpoints are too many: at most 64"):
         machine.engine.hooks.watchpoints = [Watchpoint(RAM)] * 65
     assert (machine.engine.hooks.breakpoints, machine.engine.hooks.watchpoints) == (frozenset(), ())
-    for wrong in ({"size": 0}, {"writes": False}, {"address": 1 << 32}, {"address": (1 << 32) - 2}):
+    for wrong in ({"size": 0}, {"writes": False}, {"address": 1 << 32}, {"address": (1 << 32) - 2}, WHOLE):
         with pytest.raises(ValueError, match="no bytes of the address space"):
             Watchpoint(**{"address": RAM, **wrong})
 
