@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from measure.right_peers import at_port, rover_board
 from measure.right_peers.__main__ import RIGHT, Run, checked_in_memory, is_good, missing, table
+from measure.right_peers.vehicle_board import MANUAL, VehicleBoard
 from tests.each import each
 
 SOME = [
@@ -19,6 +21,28 @@ def test_some_clauses_do_not(name, some):
     verdicts, accused = checked_in_memory(RIGHT[name], seed=0, also=some)
     assert accused == {}
     assert verdicts["pass"] >= 3
+
+
+def test_a_slow_loop_of_control_is_right(monkeypatch):
+    """No document says how often a board controls its speeds."""
+    monkeypatch.setattr(rover_board, "STEP_S", 0.1)
+    verdicts, accused = checked_in_memory(RIGHT["script-pkt"], seed=0, also="P88")
+    assert accused == {}
+    assert verdicts["pass"] == 1
+
+
+class HeldJoystick(VehicleBoard):
+    """In MANUAL somebody drives."""
+
+    def _drive(self, figures, mode):
+        super()._drive((-0.3, 0.0, 0.7, 0.0, 0.0) if mode == MANUAL else figures, mode)
+
+
+def test_a_board_whose_joystick_is_held_is_right(monkeypatch):
+    monkeypatch.setitem(at_port.PEERS, "carla", HeldJoystick)
+    verdicts, accused = checked_in_memory(RIGHT["script-carla"], seed=0, also="VB41H")
+    assert accused == {}
+    assert verdicts["pass"] == 1
 
 
 @pytest.mark.exhaustive("every clause that a port can judge: some seconds each; the gate has the sorts")
