@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 
 from measure.right_peers import at_port, rover_board
 from measure.right_peers.__main__ import RIGHT, Run, checked_in_memory, is_good, missing, table
+from measure.right_peers.rover_board import RoverBoard, Side
 from measure.right_peers.vehicle_board import MANUAL, VehicleBoard
 from tests.each import each
 
@@ -29,6 +32,30 @@ def test_a_slow_loop_of_control_is_right(monkeypatch):
     verdicts, accused = checked_in_memory(RIGHT["script-pkt"], seed=0, also="P88")
     assert accused == {}
     assert verdicts["pass"] == 1
+
+
+class QuickToStop(RoverBoard):
+    """Its wheels stop at once, and every other 0x83 comes 50 ms later: still four in a second."""
+
+    def __init__(self, now_s):
+        super().__init__(now_s)
+        for side in self._sides:
+            side.step = partial(self._step, side)
+
+    def _step(self, side):
+        Side.step(side)
+        side.rpm *= side.throttle != 0
+
+    def _report_83(self):
+        self._next[0x83] += 0.05 if 0.2 < self._next[0x83] % 0.5 < 0.3 else -0.05
+        return super()._report_83()
+
+
+def test_a_board_whose_wheels_stop_at_once_is_right(monkeypatch):
+    monkeypatch.setitem(at_port.PEERS, "pkt", lambda now_s: at_port.OneLine(QuickToStop(now_s)))
+    verdicts, accused = checked_in_memory(RIGHT["script-pkt"], seed=0, also="P30 or P83")
+    assert accused == {}
+    assert verdicts["pass"] == 2
 
 
 class HeldJoystick(VehicleBoard):
