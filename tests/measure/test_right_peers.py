@@ -6,7 +6,7 @@ from functools import partial
 
 import pytest
 
-from measure.right_peers import at_port, rover_board
+from measure.right_peers import at_port, pioneer_robot, rover_board
 from measure.right_peers.__main__ import RIGHT, Run, checked_in_memory, is_good, missing, table
 from measure.right_peers.rover_board import RoverBoard, Side
 from measure.right_peers.vehicle_board import MANUAL, VehicleBoard
@@ -32,6 +32,14 @@ def test_a_slow_loop_of_control_is_right(monkeypatch):
     verdicts, accused = checked_in_memory(RIGHT["script-pkt"], seed=0, also="P88")
     assert accused == {}
     assert verdicts["pass"] == 1
+
+
+def test_a_robot_that_is_kept_slow_is_right(monkeypatch):
+    """Whose FLASH has a SETV of 250 mm/s, and 30 degrees/s."""
+    monkeypatch.setattr(pioneer_robot, "DEFAULTS", pioneer_robot.DEFAULTS | {"setv": 250, "setrv": 30})
+    verdicts, accused = checked_in_memory(RIGHT["script-p2os"], seed=0, also="S22 or S32")
+    assert accused == {}
+    assert verdicts["pass"] == 2
 
 
 class QuickToStop(RoverBoard):
