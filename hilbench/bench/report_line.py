@@ -102,5 +102,7 @@ class ClientReports:
     def _take(self, said: Mapping[str, Any]) -> None:
         try:
             self._understand(said)
-        except (msgspec.ValidationError, KeyError, TypeError) as error:
+        except msgspec.ValidationError as error:
             self._wrong = self._wrong or f"{error} in {dict(said)}"
+        except (KeyError, TypeError):
+            self._wrong = self._wrong or str(dict(said))

@@ -30,7 +30,7 @@ from protocols.autoware import (
     SteeringReport,
     VelocityReport,
 )
-from protocols.carla import COMMAND_BYTES, FULL_SCALE, CommandFrame, Mode, StatusFrame
+from protocols.carla import COMMAND_BYTES, CommandFrame, Mode, StatusFrame
 from protocols.carla.clauses import BOARD_CLAUSES
 from targets.robots.vehicle_interface import SIMULATOR_LINE
 
@@ -80,8 +80,9 @@ MODE_WITHIN_S = 0.5
 SPARE_S = 0.3
 """So much longer than it may take something is waited for, which tells late from never. A choice."""
 
-NEAREST, FURTHEST = 1 / FULL_SCALE, 1.04
-"""Between these is what a joystick says that is not at rest: a step of a 16-bit converter; what VB34 has, and some."""
+NEAREST, FURTHEST = 1e-9, 1.04
+"""Between these is what a joystick says that is not at rest: far less than a step of a 16-bit converter, for who takes
+the mean of readings; what VB34 has, and some. Choices."""
 
 EMERGENCY_WITHIN_S = 2.5
 """1.0 s in AUTOWARE, 1.6 s and a pause in MANUAL; a choice with room."""

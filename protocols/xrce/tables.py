@@ -115,7 +115,7 @@ class AgentTables:
         kept = {}
         for one in agent.space.endpoints:
             name = one.topic.name
-            said = ros_name(name) or RosName(RosKind.TOPIC, name)
+            said = ros_name(name) or RosName(RosKind.TOPIC, f"{name} of DDS" if name.startswith("/") else name)
             whole = found[said.kind].setdefault((one.domain_id, said.name), _Whole(one.domain_id, said.name))
             key = one.domain_id, name
             spoken = kept[key] = self._spoken.get(key, _Spoken())

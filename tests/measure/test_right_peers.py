@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 
+from measure.right_peers import at_port, pioneer_robot, rover_board
 from measure.right_peers.__main__ import RIGHT, Run, checked_in_memory, is_good, missing, table
+from measure.right_peers.rover_board import RoverBoard, Side
+from measure.right_peers.vehicle_board import MANUAL, VehicleBoard
 from tests.each import each
 
 SOME = [
@@ -19,6 +24,60 @@ def test_some_clauses_do_not(name, some):
     verdicts, accused = checked_in_memory(RIGHT[name], seed=0, also=some)
     assert accused == {}
     assert verdicts["pass"] >= 3
+
+
+def test_a_slow_loop_of_control_is_right(monkeypatch):
+    """No document says how often a board controls its speeds."""
+    monkeypatch.setattr(rover_board, "STEP_S", 0.1)
+    verdicts, accused = checked_in_memory(RIGHT["script-pkt"], seed=0, also="P88")
+    assert accused == {}
+    assert verdicts["pass"] == 1
+
+
+def test_a_robot_that_is_kept_slow_is_right(monkeypatch):
+    """Whose FLASH has a SETV of 250 mm/s, and 30 degrees/s."""
+    monkeypatch.setattr(pioneer_robot, "DEFAULTS", pioneer_robot.DEFAULTS | {"setv": 250, "setrv": 30})
+    verdicts, accused = checked_in_memory(RIGHT["script-p2os"], seed=0, also="S22 or S32")
+    assert accused == {}
+    assert verdicts["pass"] == 2
+
+
+class QuickToStop(RoverBoard):
+    """Its wheels stop at once, and every other 0x83 comes 50 ms later: still four in a second."""
+
+    def __init__(self, now_s):
+        super().__init__(now_s)
+        for side in self._sides:
+            side.step = partial(self._step, side)
+
+    def _step(self, side):
+        Side.step(side)
+        side.rpm *= side.throttle != 0
+
+    def _report_83(self):
+        self._next[0x83] += 0.05 if 0.2 < self._next[0x83] % 0.5 < 0.3 else -0.05
+        return super()._report_83()
+
+
+def test_a_board_whose_wheels_stop_at_once_is_right(monkeypatch):
+    monkeypatch.setitem(at_port.PEERS, "pkt", lambda now_s: at_port.OneLine(QuickToStop(now_s)))
+    verdicts, accused = checked_in_memory(RIGHT["script-pkt"], seed=0, also="P30 or P83")
+    assert accused == {}
+    assert verdicts["pass"] == 2
+
+
+class HeldJoystick(VehicleBoard):
+    """In MANUAL somebody drives."""
+
+    def _drive(self, figures, mode):
+        super()._drive((-0.3, 0.0, 0.7, 0.0, 0.0) if mode == MANUAL else figures, mode)
+
+
+def test_a_board_whose_joystick_is_held_is_right(monkeypatch):
+    monkeypatch.setitem(at_port.PEERS, "carla", HeldJoystick)
+    verdicts, accused = checked_in_memory(RIGHT["script-carla"], seed=0, also="VB41H")
+    assert accused == {}
+    assert verdicts["pass"] == 1
 
 
 @pytest.mark.exhaustive("every clause that a port can judge: some seconds each; the gate has the sorts")

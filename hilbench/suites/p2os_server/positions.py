@@ -125,6 +125,7 @@ def test_the_speed_limit_holds(peer: Peer) -> None:
 def test_acceleration_can_be_set(peer: Peer) -> None:
     """Floor: 0.7 m ahead."""
     session = Session(peer, motors=True)
+    session.send(_C.SETV, 500)
     session.set_ramps(up=1000, down=1000)
     for start, end in ((0, 500), (500, 0)):
         before = session.next()

@@ -193,15 +193,16 @@ TURNING_COUNTS = 4
 
 
 def _require_in_step(reports: Sequence[MotionReport], rover: Rover) -> None:
-    """Require that a wheel counts nothing from one report to the next if it stands in both, and has a speed if not."""
-    for before, now in pairwise(reports):
+    """Require that a wheel counts nothing between reports in which it stands, and stands in none amid its counting."""
+    for before, now, after in zip(reports, reports[1:], reports[2:], strict=False):
         for wheel in range(4):
-            risen = now.ticks[wheel] - before.ticks[wheel]
+            risen, later = now.ticks[wheel] - before.ticks[wheel], after.ticks[wheel] - now.ticks[wheel]
             if not before.rpm[wheel] and not now.rpm[wheel] and abs(risen) > COUNTS:
                 text = f"wheel {wheel + 1} stands in two 0x83, and counts {risen} between them"
                 raise Violation(text, rover.peer.evidence())
-            if risen >= TURNING_COUNTS and not now.rpm[wheel]:
-                raise Violation(f"wheel {wheel + 1} has counted {risen}, and stands in 0x83", rover.peer.evidence())
+            if min(risen, later) >= TURNING_COUNTS and not now.rpm[wheel]:
+                text = f"wheel {wheel + 1} stands in a 0x83, and counts {risen} before it and {later} behind it"
+                raise Violation(text, rover.peer.evidence())
 
 
 LENGTH = 1e-3

@@ -73,6 +73,12 @@ FAULTS = (
         kind=_HearsCommandsAlone,
     ),
     VehicleMutant(
+        id="agent-half-second",
+        what="a driving stack that is silent for 0.5 s is lost",
+        about=("VB42H",),
+        board={"agent_silence_s": 0.5},
+    ),
+    VehicleMutant(
         id="agent-2s",
         what="an agent that comes from 2 to 20 s after the first ping is not heard",
         about=("VB58",),

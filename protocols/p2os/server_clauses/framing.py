@@ -93,7 +93,7 @@ CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="Unknown commands do no harm",
-        text="BATTERYINFO 1 and the commands 200, 63 and 64 leave the session as it is.",
+        text="BATTERYINFO 1 and 0 and the commands 200, 63 and 64 leave the session as it is.",
         sources=(ARIA,),
         needs=("server",),
     ),

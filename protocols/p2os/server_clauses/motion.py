@@ -141,7 +141,7 @@ CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="should",
         title="SETA sets the slope",
-        text="With SETA 1000 and -1000, VEL 500 is reached and left with that slope.",
+        text="With SETV 500, and SETA 1000 and -1000, VEL 500 is reached and left with that slope.",
         sources=(MANUAL,),
         needs=("server",),
     ),

@@ -93,9 +93,9 @@ CLAUSES: tuple[Clause, ...] = (
         level="must",
         title="Throttles are what the gains make of the speeds",
         text=(
-            "0x04 with 200 and 160 rpm. With kp 0.002 alone the throttles of each 0x83 are 0.002 times what one of the "
-            "pair's speeds in it is below its setpoint, within 0.02; with ki 0.002 alone they rise from one 0x83 to "
-            "the next by 0.002 times what is missed, for as long, within 20 % and 0.02."
+            "0x04 with 650 and 450 rpm. With ki 0.0007 alone the throttles rise from one 0x83 to the next by 0.0007 "
+            "times what is missed, for as long, within 20 % and 0.02; with kp 0.001 alone those of each 0x83 are 0.001 "
+            "times what one of the pair's speeds in it is below its setpoint, within 0.02."
         ),
         sources=(f"{MANUAL}, 0x05 and the listing of config_pid_controller", f"{G2_PID} process", CHOICE + " how near"),
         profiles=DOCUMENTED,

@@ -179,6 +179,16 @@ def test_nonsense_of_a_station_is_its_own_fault(nonsense):
         _ = station.counts
 
 
+@pytest.mark.parametrize("nonsense", [{"state": "ASLEEP"}, {"state": ["OPEN"]}])
+def test_what_is_nonsense_is_shown_as_it_came(nonsense):
+    bench, port, say = line()
+    told = ReportingClient(bench, port)
+    say(nonsense)
+    with pytest.raises(Violation) as wrong:
+        _ = told.sips
+    assert str(wrong.value).splitlines()[0] == f"the client reports what makes no sense: {nonsense}"
+
+
 COMMANDED = {"commanded": "AckermannCommand", **asdict(AckermannCommand())}
 
 

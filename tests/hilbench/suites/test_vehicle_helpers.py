@@ -62,6 +62,7 @@ def test_a_gap_is_judged_as_far_as_the_bench_can_tell(doubt_s, outcome):
     [
         ({}, False),
         ({"steering": -0.0, "speed": 1 / 65_535}, False),
+        ({"steering": 1 / 65_535 / 32}, False),
         ({"steering": -1.0327, "acceleration": 1.0327}, False),
         ({"speed": 3.0, "mode": Mode.AUTOWARE}, False),
         ({"jerk": 1e-38}, True),

@@ -64,6 +64,13 @@ def test_a_topic_is_shown_with_its_ends_and_what_was_said_last(star):
     assert star.tables.look()["topics"].rows == {}
 
 
+def test_a_topic_without_the_prefix_of_ros_is_another_one(star):
+    star.create_all("line1")
+    star.create_all("line2", topic="/speed")
+    rows = star.tables.look()["topics"].rows
+    assert {name: row.cells[:2] for name, row in rows.items()} == {"/speed": ("1", "1"), "/speed of DDS": ("1", "1")}
+
+
 @each(
     ("topic", "type_name", "data"),
     [
