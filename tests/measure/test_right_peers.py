@@ -6,6 +6,7 @@ from functools import partial
 
 import pytest
 
+from hilbench.suites._vehicle import Vehicle
 from measure.right_peers import at_port, pioneer_robot, rover_board
 from measure.right_peers.__main__ import RIGHT, Run, checked_in_memory, is_good, missing, table
 from measure.right_peers.rover_board import RoverBoard, Side
@@ -71,6 +72,21 @@ class HeldJoystick(VehicleBoard):
 
     def _drive(self, figures, mode):
         super()._drive((-0.3, 0.0, 0.7, 0.0, 0.0) if mode == MANUAL else figures, mode)
+
+
+def test_a_board_is_right_whose_last_status_came_before_the_frames_that_are_looked_at(monkeypatch):
+    """Statuses stop right behind a frame: the first of the ten that none follows is then the first of all."""
+    manual = Vehicle.manual
+
+    def behind_a_frame(vehicle, **options):
+        mark = manual(vehicle, **options)
+        vehicle.bench.run_until(lambda: vehicle.mark() > mark, 1.0)
+        return vehicle.mark()
+
+    monkeypatch.setattr(Vehicle, "manual", behind_a_frame)
+    verdicts, accused = checked_in_memory(RIGHT["script-carla"], seed=0, also="VB21")
+    assert accused == {}
+    assert verdicts["pass"] == 1
 
 
 def test_a_board_whose_joystick_is_held_is_right(monkeypatch):

@@ -80,15 +80,14 @@ def test_the_emergency_in_manual(vehicle: Vehicle) -> None:
     first = vehicle.wait_for(Mode.EMERGENCY, 2.5, mark)
     before = [got for got in vehicle.frames(mark) if got.start_ns < first.start_ns]
     vehicle.require_modes(before, Mode.MANUAL)
-    if len(before) <= MISSES:
-        text = (
-            f"{len(before)} frames of mode {Mode.MANUAL.value} came before the emergency, required more than {MISSES}"
-        )
+    if len(before) < MISSES:
+        text = f"{len(before)} frames of mode {Mode.MANUAL.value} came before the emergency, required {MISSES}"
         raise Untimely(text, vehicle.shown(before))
     unanswered = [*before[-MISSES:], first]
     vehicle.require_steps(unanswered, MANUAL_MISS_S, "between frames without a status")
-    answered_s = (before[-MISSES].start_ns - before[-MISSES - 1].start_ns) / NS_PER_S
-    at_most(answered_s, MANUAL_MISS_S - 2 * TICK_S, unit="s", what="the frame before them was followed after")
+    if len(before) > MISSES:  # else the last status came before the first frame that is looked at
+        answered_s = (before[-MISSES].start_ns - before[-MISSES - 1].start_ns) / NS_PER_S
+        at_most(answered_s, MANUAL_MISS_S - 2 * TICK_S, unit="s", what="the frame before them was followed after")
     vehicle.run(3.5 * STATUS_MISS_S)
     emergency = [got for got in vehicle.frames(mark) if got.start_ns >= first.start_ns]
     vehicle.require_steps(emergency, STATUS_MISS_S, "between frames of the emergency")
