@@ -184,7 +184,7 @@ class CheckPlugin:
         provider: opens the benches.
         seed: seed of the run.
         select: the expression of ``-k``.
-        only: the ids of the cases that may run; None for all.
+        only: the ids of the cases that may run, of those that ``select`` has selected before; None for all of these.
         only_cases: whether a test without ``@case`` is refused, and what does not apply is taken out; under plain
             pytest such a test is the user's own business, and what does not apply is skipped.
         on_case: called before each case with the case, its number from 1, and how many there are.
@@ -214,6 +214,7 @@ class CheckPlugin:
         self._seed = seed
         self._select = select
         self._only = only
+        self._functions = None if only is None else {_function_of(case_id) for case_id in only}
         self._only_cases = only_cases
         self._on_case = on_case
         self._on_result = on_result
@@ -268,6 +269,13 @@ class CheckPlugin:
     # Which cases there are, and which of them run.
 
     @pytest.hookimpl(tryfirst=True)
+    def pytest_pycollect_makeitem(self, name: str, obj: object) -> list[pytest.Item] | None:
+        """Make nothing of a function with none of the cases that may run: to plan all takes longer than many a case."""
+        if self._functions is None or isinstance(obj, type) or not name.startswith("test_") or name in self._functions:
+            return None
+        return []
+
+    @pytest.hookimpl(tryfirst=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         """Plan, select, and set apart what does not apply."""
         if self.unreadable:
@@ -303,10 +311,11 @@ class CheckPlugin:
         refuse_conflicts(plans)
         if self._only_cases:
             self._refuse_foreign(plans)
-        wanted = compile_selection(self._select, {clause for plan in plans for clause in plan.clause_ids})
-        items[:] = [item for item in items if _PLAN not in item.stash or wanted(_candidate(item.stash[_PLAN]))]
         if self._only is not None:
             items[:] = [item for item in items if _PLAN in item.stash and item.stash[_PLAN].id in self._only]
+        else:
+            wanted = compile_selection(self._select, {clause for plan in plans for clause in plan.clause_ids})
+            items[:] = [item for item in items if _PLAN not in item.stash or wanted(_candidate(item.stash[_PLAN]))]
         self.collector.plan(item.stash[_PLAN] for item in items if _PLAN in item.stash)
         if self._screens is not None:
             self._screens.plan(plan.id for plan in self.collector.planned)
@@ -456,6 +465,11 @@ def _case_name(item: pytest.Item) -> str:
     """Return class, function and parameters: ``test_sync[2]`` in class ``TestOpen`` is ``TestOpen.sync[2]``."""
     classes = [node.name for node in item.listchain() if isinstance(node, pytest.Class)]
     return ".".join([*classes, item.name.removeprefix("test_")])
+
+
+def _function_of(case_id: str) -> str:
+    """Return the name of a case's function: ``test_sync`` for ``mine/TestOpen.sync[2]``."""
+    return "test_" + case_id.partition("/")[2].partition("[")[0].rpartition(".")[2]
 
 
 def _suite_argument(path: Path) -> str:

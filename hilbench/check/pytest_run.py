@@ -20,6 +20,21 @@ _INI = Path(__file__).with_name("pytest.ini")
 # Each of these lets the surroundings change what pytest does.
 _FOREIGN_VARIABLES = ("PYTEST_ADDOPTS", "PYTEST_PLUGINS", "PYTEST_DEBUG", "PYTEST_THEME", "PYTEST_THEME_MODE")
 
+# What no case can use; each takes its time whenever suites are read.
+_LEFT_OUT = (
+    "cacheprovider",
+    "doctest",
+    "faulthandler",
+    "junitxml",
+    "legacypath",
+    "pastebin",
+    "setuponly",
+    "setupplan",
+    "stepwise",
+    "unraisableexception",
+    "warnings",
+)
+
 _ARGUMENTS = (
     "-c",
     str(_INI),
@@ -34,20 +49,7 @@ _ARGUMENTS = (
     "--no-summary",
     "--tb=no",  # nobody reads it, and drawing it takes longer than many a case
     "-q",
-    "-p",
-    "no:cacheprovider",
-    "-p",
-    "no:faulthandler",
-    "-p",
-    "no:warnings",
-    "-p",
-    "no:unraisableexception",
-    "-p",
-    "no:doctest",
-    "-p",
-    "no:junitxml",
-    "-p",
-    "no:pastebin",
+    *(word for plugin in _LEFT_OUT for word in ("-p", f"no:{plugin}")),
 )
 
 

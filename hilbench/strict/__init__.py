@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
@@ -15,6 +16,9 @@ from hilbench.nearest import did_you_mean
 ModelT = TypeVar("ModelT")
 Path = tuple[str | int, ...]
 Locate = Callable[[Path], str]
+
+# Looking into a model takes longer than most files do.
+_kind_of: Callable[[Any], inspect.Type] = functools.cache(inspect.type_info)
 
 _PLACE = re.compile(r" - at `\$(?P<path>.*)`$")
 _STEP = re.compile(r"\.(?P<key>[^.\[\]]+)|\[(?P<index>\d+)\]")
@@ -51,7 +55,7 @@ class Strict:
         Raises:
             UsageError: an unknown key, a wrong type, a value out of range.
         """
-        kind = inspect.type_info(model)
+        kind = _kind_of(model)
         self._refuse_unknown_keys(data, kind, ())
         self._check_entries(data, kind, ())
         converted: ModelT = self._converted(data, model, ())
@@ -63,7 +67,7 @@ class Strict:
         Raises:
             UsageError: an unknown key, a wrong type, a value out of range.
         """
-        self._refuse_unknown_keys(data, inspect.type_info(model), path)
+        self._refuse_unknown_keys(data, _kind_of(model), path)
         converted: ModelT = self._converted(data, model, path)
         return converted
 
@@ -76,7 +80,7 @@ class Strict:
             return msgspec.convert(data, model)
         except msgspec.ValidationError as error:
             message, path = _split(str(error))
-            raise self._explained(message, data, inspect.type_info(model), prefix, path) from None
+            raise self._explained(message, data, _kind_of(model), prefix, path) from None
 
     def _check_entries(self, data: Any, kind: inspect.Type, prefix: Path) -> None:
         """Convert the entries of each table of named things by themselves: msgspec does not tell their names."""

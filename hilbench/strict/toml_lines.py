@@ -6,6 +6,7 @@ Reads just enough of TOML for that: headers, keys, entries, and where a value en
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -39,6 +40,7 @@ def find_line(text: str, path: Sequence[str | int]) -> int | None:
     return None
 
 
+@functools.lru_cache(maxsize=4)  # a file is asked about several of its keys
 def _lines(text: str) -> dict[Path, int]:
     found: dict[Path, int] = {}
     arrays: dict[Path, int] = {}

@@ -6,11 +6,15 @@ ours.
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 __all__ = ["Described", "check_settings", "describe", "setting"]
+
+_hints: Callable[[type], dict[str, Any]] = functools.cache(get_type_hints)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +55,7 @@ def check_settings(settings: Any) -> None:
         ValueError: a value is none of its choices, not of its type, not finite or out of bounds. The text begins with
             the name of the setting.
     """
-    hints = get_type_hints(type(settings))
+    hints = _hints(type(settings))
     for item in fields(settings):
         value = getattr(settings, item.name)
         _check_type(item.name, value, hints[item.name])

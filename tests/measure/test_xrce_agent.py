@@ -6,11 +6,10 @@ import pytest
 
 from measure.xrce_agent import BAUD, WAYS, deaf, frame_bytes, page, parts, reconnects, serial_rate
 from protocols import xrce
-from tests.each import each
+from tests.share import few
 
 
-@pytest.mark.slow("seconds of bench time in each of six ways")
-@each("way", [*WAYS])
+@pytest.mark.parametrize("way", few([*WAYS], 2, "seconds of bench time in each of six ways; the gate has two"))
 def test_a_board_is_back_and_nothing_of_before_is_left(way):
     found = reconnects(way, 2)
     assert found["count"] == 2

@@ -100,6 +100,22 @@ class TestLastFailed:
         assert "--last-failed: 3 of 5 cases did not pass last time" in said
         assert [number for number in "12345" if "/3 " in said and f"A{number} " in said] == ["2", "3", "4"]
 
+    def test_one_of_a_class_and_of_parameters_is_found_again(self, run):
+        body = """
+            import pytest
+
+            class TestOpen:
+                @my("A1")
+                @pytest.mark.parametrize("way", ["a/b.c", "d"])
+                def test_opened(self, way):
+                    if way != "d": raise Violation(way)
+
+                @my("A2")
+                def test_closed(self): pass
+            """
+        run(body)
+        assert "1/1 fail A1 panel/TestOpen.opened[a/b.c]" in run(body, last_failed=True)
+
     def test_a_case_that_has_passed_since_is_not_among_them(self, run):
         run()
         run(BODY.replace('raise Violation("c")', "pass"), last_failed=True)
