@@ -23,6 +23,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from hilbench.clock import Stopwatch, wall_time_iso
+from measure.appended import read
 
 ROOT = Path(__file__).parent.parent
 OUT = ROOT / "out" / "gate-runs"
@@ -72,15 +73,6 @@ class Result:
     cpu_s: float
     summary: str
     failed: tuple[str, ...] = ()
-
-
-def results(file: Path) -> list[Result]:
-    """Return what has been run so far; a last line that was cut is left out."""
-    found = []
-    for line in file.read_text(encoding="utf-8").splitlines() if file.is_file() else []:
-        with contextlib.suppress(json.JSONDecodeError, TypeError):
-            found.append(Result(**json.loads(line)))
-    return found
 
 
 def git(*arguments: str) -> str:
@@ -216,7 +208,7 @@ def main() -> int:
         parser.error(f"no condition: {', '.join(sorted(unknown))}; there are: {', '.join(choices)}")
     options.out.mkdir(parents=True, exist_ok=True)
     file, commit = options.out / "results.jsonl", git("rev-parse", "--short=10", "HEAD")
-    found = [one for one in results(file) if one.commit == commit]
+    found = [one for one in read(file, Result) if one.commit == commit]
     todo = [] if options.report else missing(found, options.conditions)
     if os.geteuid() != 0 and any(condition.user for condition in todo):
         sys.stderr.write("ordinary-user is left out: only root can become another user\n")

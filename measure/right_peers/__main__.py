@@ -35,6 +35,7 @@ from hilbench.judging.verdicts import Verdict
 from hilbench.links import Port
 from hilbench.protocol_bench.system import system_of
 from hilbench.terminal.options import CheckOptions
+from measure.appended import read
 from measure.gate_runs import BUSY_LOOPS, busy_loops, git
 from measure.mutants.derived.subjects import SUBJECTS, Subject, opened
 from measure.right_peers.at_port import LINES, PEERS
@@ -218,12 +219,8 @@ def checked_at_pty(peer: RightPeer, seed: int) -> tuple[dict[str, int], dict[str
 
 
 def runs_of(file: Path, commit: str) -> list[Run]:
-    """Return what has been run of a commit; a last line that was cut is left out."""
-    found = []
-    for line in file.read_text(encoding="utf-8").splitlines() if file.is_file() else []:
-        with contextlib.suppress(json.JSONDecodeError, TypeError):
-            found.append(Run(**json.loads(line)))
-    return [one for one in found if one.commit == commit]
+    """Return what has been run of a commit."""
+    return [one for one in read(file, Run) if one.commit == commit]
 
 
 def missing(found: Sequence[Run], names: Sequence[str], wheres: Sequence[str]) -> list[tuple[RightPeer, str, int]]:
