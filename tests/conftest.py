@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import gc
+import itertools
 import os
 import sys
 
@@ -104,6 +105,31 @@ def pytest_collection_modifyitems(config, items):
     if left_out:
         config.hook.pytest_deselected(items=left_out)
         items[:] = [item for item, has in marks if "exhaustive" not in has]
+    items[:] = slow_first(items, {item.path for item, has in marks if "slow" in has}, workers())
+
+
+def workers():
+    """Return among how many processes the tests are distributed."""
+    return int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+
+
+def slow_first(items, slow_files, shares):
+    """Put files with slow tests at the beginning of each worker's share, or one of them would be waited for at the end.
+
+    Args:
+        items: the tests.
+        slow_files: where tests are that take over a second.
+        shares: how many equal shares pytest-xdist makes at first, in the order of the tests.
+    """
+    files = [[*tests] for _, tests in itertools.groupby(items, key=lambda item: item.path)]
+    slow = [tests for tests in files if tests[0].path in slow_files]
+    quick = iter([tests for tests in files if tests[0].path not in slow_files])
+    found = []
+    for share in range(shares):
+        found += itertools.chain.from_iterable(slow[share::shares])
+        while len(found) < len(items) * (share + 1) / shares and (tests := next(quick, None)):
+            found += tests
+    return [*found, *itertools.chain.from_iterable(quick)]
 
 
 @pytest.hookimpl(tryfirst=True)
