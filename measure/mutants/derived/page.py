@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from measure.mutants.derived.book import Book, Entry, Run
-from measure.mutants.derived.reasons import reason
+from measure.mutants.derived.reasons import hidden, reason
 from measure.mutants.derived.subjects import SUBJECTS
 
 __all__ = ["page"]
@@ -32,7 +32,9 @@ is judged, and most of its faults do not show. Any protocol of a plug-in gets th
 `python -m measure.mutants.derived --bench FILE --protocol NAME`.
 
 The score is the share of the mutants that were found, less the equivalent ones. *Without effect* are those with which
-no case of the suites meets a frame, timer or edge that differs: they survive, and count so.
+no case of the suites meets a frame, timer or edge that differs: they survive, and count so. Behind a score stands, in
+brackets, that of the mutants which can show there. One cannot at a port where nothing that a checker may do there would
+change a byte of what the peer says: a figure in FLASH that is stuck is one.
 
 """.removeprefix("\n")
 
@@ -56,8 +58,8 @@ def _lines(book: Book) -> Iterator[str]:
 
 def _row(book: Book, name: str, run: Run) -> str:
     equal = book.equivalent(name)
-    counted = [entry for id_, entry in run.mutants.items() if id_ not in equal]
-    scores = [_score(counted, mode) for mode in _MODES]
+    counted = {id_: entry for id_, entry in run.mutants.items() if id_ not in equal}
+    scores = [_score(counted.values(), mode) + _of_those_that_can_show(name, counted, mode) for mode in _MODES]
     share = "all" if run.share >= 1 else f"{run.share:.0%}, seed {run.seed}"
     cells = [run.title, run.derived, f"{len(run.mutants)} ({share})", len(equal), *scores]
     return f"| {' | '.join(map(str, cells))} |"
@@ -69,6 +71,15 @@ def _score(entries: Iterable[Entry], mode: str) -> str:
         return "not run"
     found = sum(outcome.found for outcome in outcomes)
     return f"{found} of {len(outcomes)}, {found / len(outcomes):.1%}"
+
+
+def _of_those_that_can_show(name: str, entries: Mapping[str, Entry], mode: str) -> str:
+    shown = [one for id_, one in entries.items() if mode in one.outcomes and not _is_hidden(name, id_, one, mode)]
+    return f" ({_score(shown, mode)})" if 0 < len(shown) < len(entries) else ""
+
+
+def _is_hidden(name: str, id_: str, entry: Entry, mode: str) -> bool:
+    return hidden(name, id_, entry.outcomes[mode], mode)
 
 
 def _subject(book: Book, name: str, run: Run) -> Iterator[str]:
@@ -99,27 +110,35 @@ def _subject(book: Book, name: str, run: Run) -> Iterator[str]:
 
 def _survivors(book: Book, name: str) -> Iterator[str]:
     of_model = dict(book.survivors(name, "model"))
-    by_reason: dict[str, list[tuple[str, Entry]]] = defaultdict(list)
-    for id_, entry in of_model.items():
-        by_reason[reason(name, id_, entry.outcomes["model"]) or "not explained"].append((id_, entry))
     yield "\n### Survivors as a model\n"
-    if not by_reason:
+    if not of_model:
         yield "None."
-    for why, those in sorted(by_reason.items()):
-        yield f"{why[:1].upper()}{why[1:]}:\n"
-        for id_, entry in those:
-            yield f"- `{id_}`: {entry.what}{_trace(entry, 'model')}"
-        yield ""
+    yield from _by_reason(name, of_model, "model")
     lacks = _lacking(name)
-    rest = [(id_, entry) for id_, entry in book.survivors(name, "port") if id_ not in of_model]
-    if rest:
+    at_port = {id_: entry for id_, entry in book.survivors(name, "port") if id_ not in of_model}
+    unseen = {id_: entry for id_, entry in at_port.items() if _is_hidden(name, id_, entry, "port")}
+    rest = [(id_, entry) for id_, entry in at_port.items() if id_ not in unseen]
+    if at_port:
         yield "\n### Survivors at a port alone\n"
+    yield from _by_reason(name, unseen, "port")
+    if rest:
         yield "| Mutant | Fault | Found as a model by (and what that needs beside a line) |"
         yield "|---|---|---|"
         for id_, entry in rest:
             outcome = entry.outcomes["model"]
             by = ", ".join(f"{one}{lacks(one)}" for one in outcome.found_by) or outcome.lost
             yield f"| `{id_}` | {entry.what}{_trace(entry, 'port')} | {by} |"
+
+
+def _by_reason(name: str, survivors: Mapping[str, Entry], mode: str) -> Iterator[str]:
+    by_reason: dict[str, list[tuple[str, Entry]]] = defaultdict(list)
+    for id_, entry in survivors.items():
+        by_reason[reason(name, id_, entry.outcomes[mode], mode) or "not explained"].append((id_, entry))
+    for why, those in sorted(by_reason.items()):
+        yield f"{why[:1].upper()}{why[1:]}:\n"
+        for id_, entry in those:
+            yield f"- `{id_}`: {entry.what}{_trace(entry, mode)}"
+        yield ""
 
 
 def _lacking(name: str) -> Callable[[str], str]:
