@@ -40,7 +40,7 @@ def test_one_emergency_is_not_enough(monkeypatch):
     found(monkeypatch, "vehicle-one-emergency")
 
 
-@pytest.mark.exhaustive("some seconds; the gate has a fault of the same kind for each of these clauses")
+@pytest.mark.exhaustive("each wrong board; the gate has one, and a fault of the same kind for each of these clauses")
 @each("name", FOUND_BY)
 def test_each_is_found_by_each_of_its_clauses(monkeypatch, name):
     found(monkeypatch, name)
