@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 
 from measure.mutants.derived.book import Book, Entry, Run
 from measure.mutants.derived.reasons import hidden, reason
@@ -32,9 +32,8 @@ is judged, and most of its faults do not show. Any protocol of a plug-in gets th
 `python -m measure.mutants.derived --bench FILE --protocol NAME`.
 
 The score is the share of the mutants that were found, less the equivalent ones. *Without effect* are those with which
-no case of the suites meets a frame, timer or edge that differs: they survive, and count so. Behind a score stands, in
-brackets, that of the mutants which can show there. One cannot at a port where nothing that a checker may do there would
-change a byte of what the peer says: a figure in FLASH that is stuck is one.
+no case of the suites meets a frame, timer or edge that differs: they survive, and count so. *Of those that can show* is
+the score at a port without those that no stimulus at a port shows, whoever is there; each is named with the reason.
 
 """.removeprefix("\n")
 
@@ -48,8 +47,8 @@ def _lines(book: Book) -> Iterator[str]:
     yield "# Wrong peers made from what a protocol says of itself\n"
     yield "Made by `python -m measure.mutants.derived`. Do not edit.\n"
     yield from _HEAD.splitlines()
-    yield "| Peer | Mutants | Run | Equivalent | Found at a port | Found as a model |"
-    yield "|---|---|---|---|---|---|"
+    yield "| Peer | Mutants | Run | Equivalent | Found at a port | of those that can show | as a model |"
+    yield "|---|---|---|---|---|---|---|"
     for name, run in book.file.subjects.items():
         yield _row(book, name, run)
     for name, run in book.file.subjects.items():
@@ -59,7 +58,9 @@ def _lines(book: Book) -> Iterator[str]:
 def _row(book: Book, name: str, run: Run) -> str:
     equal = book.equivalent(name)
     counted = {id_: entry for id_, entry in run.mutants.items() if id_ not in equal}
-    scores = [_score(counted.values(), mode) + _of_those_that_can_show(name, counted, mode) for mode in _MODES]
+    can_show = [entry for id_, entry in counted.items() if not hidden(name, id_)]
+    port, model = (_score(counted.values(), mode) for mode in _MODES)
+    scores = [port, _score(can_show, "port") if len(can_show) < len(counted) else "-", model]
     share = "all" if run.share >= 1 else f"{run.share:.0%}, seed {run.seed}"
     cells = [run.title, run.derived, f"{len(run.mutants)} ({share})", len(equal), *scores]
     return f"| {' | '.join(map(str, cells))} |"
@@ -71,15 +72,6 @@ def _score(entries: Iterable[Entry], mode: str) -> str:
         return "not run"
     found = sum(outcome.found for outcome in outcomes)
     return f"{found} of {len(outcomes)}, {found / len(outcomes):.1%}"
-
-
-def _of_those_that_can_show(name: str, entries: Mapping[str, Entry], mode: str) -> str:
-    shown = [one for id_, one in entries.items() if mode in one.outcomes and not _is_hidden(name, id_, one, mode)]
-    return f" ({_score(shown, mode)})" if 0 < len(shown) < len(entries) else ""
-
-
-def _is_hidden(name: str, id_: str, entry: Entry, mode: str) -> bool:
-    return hidden(name, id_, entry.outcomes[mode], mode)
 
 
 def _subject(book: Book, name: str, run: Run) -> Iterator[str]:
@@ -110,35 +102,45 @@ def _subject(book: Book, name: str, run: Run) -> Iterator[str]:
 
 def _survivors(book: Book, name: str) -> Iterator[str]:
     of_model = dict(book.survivors(name, "model"))
-    yield "\n### Survivors as a model\n"
-    if not of_model:
-        yield "None."
-    yield from _by_reason(name, of_model, "model")
-    lacks = _lacking(name)
-    at_port = {id_: entry for id_, entry in book.survivors(name, "port") if id_ not in of_model}
-    unseen = {id_: entry for id_, entry in at_port.items() if _is_hidden(name, id_, entry, "port")}
-    rest = [(id_, entry) for id_, entry in at_port.items() if id_ not in unseen]
-    if at_port:
-        yield "\n### Survivors at a port alone\n"
-    yield from _by_reason(name, unseen, "port")
-    if rest:
-        yield "| Mutant | Fault | Found as a model by (and what that needs beside a line) |"
-        yield "|---|---|---|"
-        for id_, entry in rest:
-            outcome = entry.outcomes["model"]
-            by = ", ".join(f"{one}{lacks(one)}" for one in outcome.found_by) or outcome.lost
-            yield f"| `{id_}` | {entry.what}{_trace(entry, 'port')} | {by} |"
-
-
-def _by_reason(name: str, survivors: Mapping[str, Entry], mode: str) -> Iterator[str]:
     by_reason: dict[str, list[tuple[str, Entry]]] = defaultdict(list)
-    for id_, entry in survivors.items():
-        by_reason[reason(name, id_, entry.outcomes[mode], mode) or "not explained"].append((id_, entry))
+    for id_, entry in of_model.items():
+        by_reason[reason(name, id_, entry.outcomes["model"]) or "not explained"].append((id_, entry))
+    yield "\n### Survivors as a model\n"
+    if not by_reason:
+        yield "None."
     for why, those in sorted(by_reason.items()):
         yield f"{why[:1].upper()}{why[1:]}:\n"
         for id_, entry in those:
-            yield f"- `{id_}`: {entry.what}{_trace(entry, mode)}"
+            yield f"- `{id_}`: {entry.what}{_trace(entry, 'model')}"
         yield ""
+    at_port = dict(book.survivors(name, "port"))
+    unseen = {id_: entry for id_, entry in at_port.items() if hidden(name, id_)}
+    yield from _hidden(name, unseen)
+    yield from _others(name, {id_: entry for id_, entry in at_port.items() if id_ not in {*of_model, *unseen}})
+
+
+def _hidden(name: str, those: dict[str, Entry]) -> Iterator[str]:
+    by_reason: dict[str, list[str]] = defaultdict(list)
+    for id_, entry in those.items():
+        by_reason[hidden(name, id_)].append(f"- `{id_}`: {entry.what}")
+    if by_reason:
+        yield "\n### What no stimulus at a port shows\n"
+    for why, lines in sorted(by_reason.items()):
+        yield f"{why[:1].upper()}{why[1:]}:\n"
+        yield from lines
+        yield ""
+
+
+def _others(name: str, rest: dict[str, Entry]) -> Iterator[str]:
+    lacks = _lacking(name)
+    if rest:
+        yield "\n### Survivors at a port alone\n"
+        yield "| Mutant | Fault | Found as a model by (and what that needs beside a line) |"
+        yield "|---|---|---|"
+        for id_, entry in rest.items():
+            outcome = entry.outcomes["model"]
+            by = ", ".join(f"{one}{lacks(one)}" for one in outcome.found_by) or outcome.lost
+            yield f"| `{id_}` | {entry.what}{_trace(entry, 'port')} | {by} |"
 
 
 def _lacking(name: str) -> Callable[[str], str]:

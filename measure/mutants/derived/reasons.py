@@ -1,9 +1,8 @@
 """Why a derived mutant survives, by family.
 
-A reason begins with one of these words. "equivalent": the specification permits it, in a sentence that is named.
-"cannot show at a port": it is wrong, and nothing that a checker can do at a port would show it; "cannot show": nor on
-any bench, as no byte of the line would be another. "unasked": it is wrong, but no clause asks for what would show it.
-"elsewhere": a clause of another suite does, on another bench.
+A reason begins with one of three words. "equivalent": the specification permits it, in a sentence that is named.
+"unasked": it is wrong, but no clause asks for what would show it. "elsewhere": a clause of another suite does, on
+another bench. Beside them stands why a mutant shows at no port, whatever anybody does there: `HIDDEN`.
 """
 
 from __future__ import annotations
@@ -17,8 +16,6 @@ from measure.mutants.derived.trial import Outcome
 __all__ = ["EQUIVALENT", "HIDDEN", "REASONS", "hidden", "reason"]
 
 EQUIVALENT = "equivalent"
-HIDDEN = "cannot show"
-HIDDEN_AT_PORT = "cannot show at a port"
 
 _CONSTANT = "unasked: in no case of the suites does the field have two values"
 _NEVER = "unasked: no case of the suites has a frame with which it does anything else than the right peer"
@@ -26,12 +23,6 @@ _EVENLY = "unasked: P30 and P85 ask how many reports come, and how evenly: one m
 _FIRST_REQUEST = (
     "unasked: every case begins with requests until one is answered, and the state before the first frame is over then"
 )
-
-_FLASH = (
-    r"aux1_baud|front_sonar|gripper|host_baud|joy_\w+|low_battery_dv|p2mpacs|pwm_max|rear_sonar|revcount|sip_cycle_ms"
-    r"|stall_\w+|watchdog_ms|(rot|trans)_(acc|vel)_top_\w+"
-)
-"""Figures of CONFIG that no command changes."""
 
 REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
     {
@@ -105,30 +96,7 @@ REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
             ),
             (
                 r"hears:DHEAD:doubled",
-                f"{HIDDEN}: DHEAD turns from the heading that the robot has (S91), and it has the same at the second",
-            ),
-            (r"hears:(OPEN|CLOSE):argument|ENABLE:unused", f"{HIDDEN}: no source gives these bytes a meaning"),
-            (
-                r"hears:(ADSEL|R?VEL|SETR?[AV]|SONAR|(ROT|TRANS)K[PIV]):doubled",
-                f"{HIDDEN}: the second sets what the first has set",
-            ),
-            (r"hears:SAY:argument", f"{HIDDEN}: what the robot plays is heard in its room"),
-            (
-                r"hears:(ROT|TRANS)K[PIV]:reordered",
-                f"{HIDDEN}: CONFIG, which alone says it, is made in a cycle in which both commands are obeyed",
-            ),
-            (
-                r"hears:(GETAUX|TTY2):(argument:(stale|stuck)|late)|says:SerAuxPacket:doubled",
-                f"{HIDDEN_AT_PORT}: it is not known that anything at the AUX port speaks",
-            ),
-            (r"says:Sip:digin:(stuck|stale)", f"{HIDDEN_AT_PORT}: nothing is known to change the inputs"),
-            (
-                rf"says:ConfigPacket:({_FLASH}):(stuck|stale)",
-                f"{HIDDEN_AT_PORT}: what is in FLASH does not change while somebody is there",
-            ),
-            (
-                r"says:ConfigPacket:(aux1_baud:plus|joy_\w+:minus|low_battery_dv:plus|p2mpacs:plus|stall_pwm:neighbour)",
-                f"{HIDDEN_AT_PORT}: it is in FLASH, and nothing else that the robot does tells it, or so exactly",
+                "unasked: a second DHEAD at once, from the same heading (S29), turns no further",
             ),
             (r"says:EncoderPacket:reordered", "unasked: no clause asks in which order packets come"),
             (
@@ -164,17 +132,58 @@ REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
 """By subject: what the ids of a family match, and its reason; the first that matches counts."""
 
 
-def reason(subject: str, id_: str, outcome: Outcome, mode: str = "model") -> str:
+_FLASH = (
+    r"aux1_baud|front_sonar|gripper|host_baud|joy_\w+|low_battery_dv|p2mpacs|pwm_max|rear_sonar|revcount|sip_cycle_ms"
+    r"|stall_\w+|watchdog_ms|(rot|trans)_(acc|vel)_top_\w+"
+)
+"""Figures of CONFIG that no command changes."""
+
+HIDDEN: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
+    {
+        "p2os-server": (
+            (
+                r"hears:DHEAD:doubled",
+                "DHEAD turns from the heading that the robot has (S91), and it has the same at the second",
+            ),
+            (
+                r"hears:(ADSEL|R?VEL|SETR?[AV]|SONAR|(ROT|TRANS)K[PIV]):doubled",
+                "the second sets what the first has set",
+            ),
+            (r"hears:(OPEN|CLOSE):argument|ENABLE:unused", "no source gives these bytes a meaning"),
+            (r"hears:SAY:argument", "what the robot plays is heard in its room"),
+            (
+                r"hears:(ROT|TRANS)K[PIV]:reordered",
+                "CONFIG, which alone says it, is made in a cycle in which both commands are obeyed",
+            ),
+            (
+                r"hears:(GETAUX|TTY2):(argument:(stale|stuck)|late)|says:SerAuxPacket:doubled",
+                "it is not known that anything at the AUX port speaks",
+            ),
+            (r"says:Sip:digin:(stuck|stale)", "nothing is known to change the inputs"),
+            (
+                rf"says:ConfigPacket:({_FLASH}):(stuck|stale)",
+                "what is in FLASH does not change while somebody is there",
+            ),
+            (
+                r"says:ConfigPacket:(aux1_baud:plus|joy_\w+:minus|low_battery_dv:plus|p2mpacs:plus|stall_pwm:neighbour)",
+                "it is in FLASH, and nothing else that the robot does tells it, or so exactly",
+            ),
+        ),
+    }
+)
+"""By subject: what the ids of a family match, and why it shows at no port."""
+
+
+def hidden(subject: str, id_: str) -> str:
+    """Return why a mutant shows at no port; empty if it could."""
+    return next((text for pattern, text in HIDDEN.get(subject, ()) if re.search(pattern, id_)), "")
+
+
+def reason(subject: str, id_: str, outcome: Outcome) -> str:
     """Return why a mutant survives; empty if nobody knows. One without effect is not equivalent: nobody looked."""
     for pattern, text in REASONS.get(subject, ()):
-        fits = outcome.cases or not text.startswith(EQUIVALENT)
-        if fits and (mode == "port" or not text.startswith(HIDDEN_AT_PORT)) and re.search(pattern, id_):
+        if re.search(pattern, id_) and (outcome.cases or not text.startswith(EQUIVALENT)):
             return text
     if not outcome.cases:
         return _CONSTANT if id_.rpartition(":")[2] in ("stuck", "stale") else _NEVER
     return ""
-
-
-def hidden(subject: str, id_: str, outcome: Outcome, mode: str) -> bool:
-    """Say whether a mutant survives since nothing can show it: at a port, or on any bench."""
-    return not outcome.found and reason(subject, id_, outcome, mode).startswith(HIDDEN)
