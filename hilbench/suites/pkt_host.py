@@ -18,6 +18,7 @@ import pytest
 from hilbench.check import CaseSetup, Inconclusive, Untimely, Violation, at_least, at_most, case, near
 from hilbench.clock import NS_PER_S
 from hilbench.errors import InternalError, UnavailableError
+from hilbench.suites._host_parameters import turned_round, wrong_parameters
 from hilbench.suites._spoiling import other_rules
 from hilbench.systems.rover.cases import HostCase
 from hilbench.systems.rover.ground_station import GroundStation, Telemetry
@@ -132,6 +133,10 @@ def test_all_is_frames(host: HostCase) -> None:
     for heard in rover.received:
         if heard.command is None or isinstance(heard.command, UnknownCommand):
             raise Violation(f"the rover has no command {heard.payload.hex(' ')}", rover.evidence())
+        if wrong := wrong_parameters(heard.payload):
+            raise Violation(wrong, rover.evidence())
+    if wrong := turned_round([heard.payload for heard in rover.received]):
+        raise Violation(wrong, rover.evidence())
     assert rover.received, "not a single frame came in five seconds"
 
 

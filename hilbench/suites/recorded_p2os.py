@@ -16,6 +16,7 @@ from hilbench.clock import NS_PER_S
 from hilbench.recordings.listening import HOST, TARGET, Heard, Stretch
 from hilbench.suites._recorded import Worst, around, judge_answers, on_recording, stretches_of
 from hilbench.suites._recorded_session import OPENED, Means, Session, Step, sessions_of, steps_of
+from hilbench.suites._requirements import SLOPE
 from hilbench.suites._session import CYCLE_S
 from hilbench.systems.pioneer.peer import REPLY_WITHIN_S
 from protocols.p2os import (
@@ -294,7 +295,7 @@ def braking_set(step: Step) -> int:
 def judge_stop(session: Session, begin_ns: int, braking_mm_s2: int, row: list[tuple[Step, Sip]], worst: Worst) -> None:
     fastest = max((max(abs(sip.left_raw), abs(sip.right_raw)) for _, sip in row), default=0)
     turns = any(abs(sip.left_raw - sip.right_raw) > 20 for _, sip in row)
-    allowed_s = WATCHDOG_S + fastest / braking_mm_s2 + STOP_SEEN_S
+    allowed_s = WATCHDOG_S + fastest / (braking_mm_s2 * (1 - SLOPE)) + STOP_SEEN_S
     listened_s = (row[-1][0].heard.ns - begin_ns) / NS_PER_S if row else 0.0
     if not fastest or turns or listened_s < allowed_s or not session.stretch.quiet(begin_ns, row[-1][0].heard.ns):
         return

@@ -341,6 +341,7 @@ SETTINGS = (
         "RevCount in CONFIG has its high byte first",
         says(0x20, Swap(CONFIG_LOW_BATTERY + 2, CONFIG_LOW_BATTERY + 3)),
     ),
+    on_wire("config-baud", "HostBaud in CONFIG is 1 at 9600 bit/s", says(0x20, Put(CONFIG_CYCLE + 1, b"\x01"))),
     on_wire("encoders-exchanged", "exchanges the wheels of an encoder packet", says(0x90, Swap(4, 8, 4))),
     on_wire("io-inverted", "inverts the inputs of an IO packet", says(0xF0, Bits(offset=5, turn=0xFF))),
     on_wire("adsel-ignored", "ignores ADSEL", hears(C.ADSEL, Drop())),

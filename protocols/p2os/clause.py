@@ -1,10 +1,11 @@
 """Where the rules are written, and what they need.
 
 ``needs`` of a clause: names of what a bench must be able to do for it to be checked: `server` or `client` under test,
-`hangup` (cut the line), `reopen` (close the port and open it again), `baud` (change its rate), `flash` (write its
-FLASH, and switch it on again), `user-io` (drive its inputs), `aux-loopback`, `truth` (the robot's true pose), `scene`
-(put it before walls), `rays`, `contacts`, `bumpers`, `gravity`, `client.commands` (make the client send),
-`client.report` (ask what it understood), `client.disconnect` (make it leave).
+`hangup` (cut the line), `reopen` (close the port and open it again), `baud` (change its rate), `uart` (that rate is the
+one of the robot's own port), `flash` (write its FLASH, and switch it on again), `user-io` (drive its inputs),
+`aux-loopback`, `truth` (the robot's true pose), `scene` (put it before walls), `rays`, `contacts`, `bumpers`,
+`gravity`, `client.commands` (make the client send), `client.report` (ask what it understood), `client.disconnect`
+(make it leave).
 """
 
 from __future__ import annotations

@@ -60,10 +60,15 @@ HOST_CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="must",
         title="A host speaks in frames",
-        text=("All that a host sends in five seconds is sound frames with opcodes and parameters that the rover has."),
+        text=(
+            "All that a host sends in five seconds is sound frames with opcodes and parameters that the rover has: "
+            "0x03 and 0x04 have 9 bytes, 0x05 has 12, numbers are finite and have their lowest byte first, throttles "
+            "are from -1 to 1."
+        ),
         sources=(
             f"{DOCUMENT}, frames and commands",
             f"{MANUAL}, frames and commands",
+            CHOICE + ": motor commands all below a thousandth, and not if read with the highest byte first, are wrong",
         ),
         profiles=("documented",),
         needs=("client",),

@@ -19,7 +19,7 @@ from measure.mutants.derived.book import Book, Entry, drawn
 from measure.mutants.derived.fields import Number, Place, Reading
 from measure.mutants.derived.mutant import EARLY, EVERY, LATE_S, Acting, Fault, Group, Mutant, bent, changed, faults_of
 from measure.mutants.derived.page import page
-from measure.mutants.derived.reasons import EQUIVALENT, reason
+from measure.mutants.derived.reasons import EQUIVALENT, hidden, reason
 from measure.mutants.derived.relay import Relay
 from measure.mutants.derived.subjects import SUBJECTS
 from measure.mutants.derived.tape import CaseTape, Tape, derive, touched
@@ -441,7 +441,7 @@ def test_what_is_known_is_kept_and_read_again(tmp_path):
 
 def test_the_page_tells_scores_and_survivors_one_by_one(tmp_path):
     text = page(kept(tmp_path))
-    assert "| PKT! board | 3 | 3 (all) | 0 | 1 of 3, 33.3% | 2 of 3, 66.7% |" in text
+    assert "| PKT! board | 3 | 3 (all) | 0 | 1 of 3, 33.3% | - | 2 of 3, 66.7% |" in text
     assert "- `hears:b:stuck`: what of hears:b:stuck (without effect)" in text
     assert "| `says:a:plus` | what of says:a:plus (2 cases) | P01 |" in text
 
@@ -526,6 +526,24 @@ def test_the_page_is_made_from_the_data_and_every_survivor_is_explained():
     assert {*book.file.subjects} == {*SUBJECTS}
     for name, run in book.file.subjects.items():
         assert len(book.equivalent(name)) <= 0.05 * len(run.mutants), name
+
+
+def test_nothing_that_is_found_at_a_port_is_said_to_be_hidden_there():
+    for name, run in Book.read(DOCS / "derived-mutants.json").file.subjects.items():
+        for id_, entry in run.mutants.items():
+            assert not (entry.outcomes["port"].found and hidden(name, id_)), (name, id_)
+
+
+def test_what_cannot_show_stands_beside_the_score(tmp_path):
+    book, found = Book.read(tmp_path / "derived-mutants.json"), Outcome(cases=4, found_by=("S92",))
+    ids = [f"says:ConfigPacket:{field}" for field in ("sip_cycle_ms:stuck", "low_battery_dv:stale", "rot_kp:stuck")]
+    run = book.begin(SUBJECTS["p2os-server"], derived=3, share=1.0, seed=0, keep=ids)
+    for id_ in ids:
+        at_port = found if "rot_kp" in id_ else Outcome(cases=0)
+        run.mutants[id_] = Entry(what=id_, group="field", outcomes={"port": at_port, "model": found})
+    text = page(book)
+    assert "| P2OS server | 3 | 3 (all) | 0 | 1 of 3, 33.3% | 1 of 1, 100.0% | 3 of 3, 100.0% |" in text
+    assert "What is in FLASH does not change while somebody is there:" in text
 
 
 def test_a_reason_fits_a_family_and_what_has_no_effect_has_one():

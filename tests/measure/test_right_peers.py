@@ -9,6 +9,7 @@ import pytest
 from hilbench.suites._vehicle import Vehicle
 from measure.right_peers import at_port, pioneer_robot, rover_board
 from measure.right_peers.__main__ import RIGHT, Run, checked_in_memory, is_good, missing, table
+from measure.right_peers.pioneer_robot import STEP_S, PioneerRobot
 from measure.right_peers.rover_board import RoverBoard, Side
 from measure.right_peers.vehicle_board import MANUAL, VehicleBoard
 from tests.each import each
@@ -41,6 +42,33 @@ def test_a_robot_that_is_kept_slow_is_right(monkeypatch):
     verdicts, accused = checked_in_memory(RIGHT["script-p2os"], seed=0, also="S22 or S32")
     assert accused == {}
     assert verdicts["pass"] == 2
+
+
+class Trailing(PioneerRobot):
+    """Its servo trails the ramp by 60 ms."""
+
+    _served = 0.0
+
+    def _go(self):
+        self._served += (self._speed - self._served) * STEP_S / 0.06
+        self._as_served(super()._go)
+
+    def _sip(self):
+        return self._as_served(super()._sip)
+
+    def _as_served(self, do):
+        planned, self._speed = self._speed, self._served
+        try:
+            return do()
+        finally:
+            self._speed = planned
+
+
+def test_a_robot_whose_servo_trails_its_ramp_is_right(monkeypatch):
+    monkeypatch.setitem(at_port.PEERS, "p2os", lambda now_s: at_port.OneLine(Trailing(now_s)))
+    verdicts, accused = checked_in_memory(RIGHT["script-p2os"], seed=0, also="S36")
+    assert accused == {}
+    assert verdicts["pass"] == 1
 
 
 class QuickToStop(RoverBoard):

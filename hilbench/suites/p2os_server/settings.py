@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from hilbench.check import Violation, at_most, case, near, within
+from hilbench.check import NotApplicable, Violation, at_most, case, near, within
 from hilbench.suites._session import SIP_WITHIN_S, Session
 from hilbench.suites.p2os_server.sips import LEAD_12_V, OTHER_BATTERY, OTHER_BATTERY_V
 from hilbench.systems.pioneer.cases import VirtualCase
@@ -139,8 +139,20 @@ CYCLE_MS = 0.5
 """Of a figure in whole milliseconds, against the mean of two seconds. A choice."""
 
 
+@case("S94", bench_time_s=0.4)
+def test_config_has_the_rate_of_the_line(peer: Peer) -> None:
+    session = Session(peer)
+    said = config(session)
+    session.leave()
+    baud = peer.port.baud
+    if baud not in BAUDS:
+        raise NotApplicable(f"HostBaud has no code for {baud} bit/s")
+    assert said.host_baud == BAUDS.index(baud), f"HostBaud of CONFIG is {said.host_baud} at {baud} bit/s"
+
+
 BAUDS = (9600, 19200, 38400, 57600, 115200)
 """In bit/s, by their codes."""
+
 
 FLASHES: Sequence[Mapping[str, int]] = (
     {
@@ -173,7 +185,7 @@ FLASHES: Sequence[Mapping[str, int]] = (
         "aux1_baud": 2,
         "gripper": 0,
         "front_sonar": 1,
-        "rear_sonar": 1,
+        "rear_sonar": 0,
         "low_battery_dv": 108,
         "revcount": 0x4268,
         "watchdog_ms": 1900,
@@ -184,7 +196,7 @@ FLASHES: Sequence[Mapping[str, int]] = (
         "joy_rot_vel_deg_s": 110,
     },
 )
-"""Twice another value for each figure; of what is beside another of the same size, never the same."""
+"""Twice another value for each figure; of what stands beside another of the same size, never the same."""
 
 
 @case("S92", bench_time_s=1.7)
@@ -192,9 +204,6 @@ def test_config_shows_what_is_in_flash(peer: Peer, bench: VirtualCase) -> None:
     """Nothing moves."""
     session = Session(peer)
     said = config(session)
-    if peer.port.baud in BAUDS:
-        rate = f"{peer.port.baud} bit/s"
-        assert said.host_baud == BAUDS.index(peer.port.baud), f"HostBaud of CONFIG is {said.host_baud} at {rate}"
     for figures in FLASHES:
         session.leave()
         peer.run(0.3)

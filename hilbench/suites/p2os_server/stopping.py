@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 from hilbench.check import Inconclusive, Untimely, Violation, at_least, at_most, case
-from hilbench.suites._requirements import SPEED_MM_S, require_flow, require_moving, require_slope, require_speeds
+from hilbench.suites._requirements import SLOPE, SPEED_MM_S, require_flow, require_moving, require_slope, require_speeds
 from hilbench.suites._session import CYCLE_S, Seen, Session
 from hilbench.systems.pioneer.peer import Peer
 from protocols.p2os import CommandNumber
@@ -77,17 +77,19 @@ SEVERAL = 3.0
 
 
 def drive_into_silence(session: Session) -> tuple[int, list[Seen]]:
-    """Send VEL 200 and nothing more for 3.2 s; return when VEL had arrived, and the SIPs."""
+    """Send VEL 200 and nothing more for 3.3 s; return when VEL had arrived, and the SIPs."""
     session.set_ramps(up=300, down=300)
     arrived_ns = session.send(_C.VEL, 200)
-    return arrived_ns, session.watch(3.2)
+    return arrived_ns, session.watch(SILENT_S)
 
 
-STOPPED_S = 2.0 + 200 / 300 + STOP_SEEN_S
-"""How soon a SIP shows at rest a robot that was told 200 mm/s, and then nothing."""
+SILENT_S = 3.3
+
+STOPPED_S = 2.0 + 200 / (300 * (1 - SLOPE)) + STOP_SEEN_S
+"""How soon a SIP shows at rest a robot that was told 200 mm/s, and then nothing: its servo may trail the ramp."""
 
 
-@case("S36", bench_time_s=3.5)
+@case("S36", bench_time_s=3.6)
 def test_silence_stops_the_robot(peer: Peer) -> None:
     """Floor: 0.6 m ahead, and 1 m more for a robot that fails."""
     session = Session(peer, motors=True)
@@ -100,7 +102,8 @@ def test_silence_stops_the_robot(peer: Peer) -> None:
     if all(s.at_rest for s in seen):
         raise Inconclusive("the robot never moved, so nothing can be seen of its watchdog", peer.evidence())
     if not seen[-1].at_rest:
-        raise Untimely("the robot still moves after 3.2 s of silence", peer.evidence(), spare_s=3.2 - STOPPED_S)
+        text = f"the robot still moves after {SILENT_S:g} s of silence"
+        raise Untimely(text, peer.evidence(), spare_s=SILENT_S - STOPPED_S)
     last_moving = max(i for i, s in enumerate(seen) if not s.at_rest)
     at_most(
         seen[last_moving + 1].after_s(arrived_ns),
@@ -112,7 +115,7 @@ def test_silence_stops_the_robot(peer: Peer) -> None:
     session.leave()
 
 
-@case("S37", bench_time_s=5.0)
+@case("S37", bench_time_s=5.1)
 def test_the_next_packet_revives_the_robot(peer: Peer) -> None:
     """Floor: 1 m ahead, and 1 m more for a robot that fails."""
     session = Session(peer, motors=True)

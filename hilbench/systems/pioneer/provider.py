@@ -10,6 +10,7 @@ from hilbench.bench.locked_providers import AttachedProviderBase, FarEnd
 from hilbench.bench.physics import describe_physics, physics_capabilities, require_physics
 from hilbench.bench.shared import Shared
 from hilbench.clock import Scheduler
+from hilbench.files.paths import real_path
 from hilbench.journal import Journal
 from hilbench.judging.observations import Observations
 from hilbench.judging.provider import CaseInfo
@@ -38,9 +39,10 @@ __all__ = [
 ]
 
 VIRTUAL_CAPABILITIES = (
-    frozenset({"P2OS", "server", "hangup", "reopen", "baud", "flash", "user-io", "truth"}) | OWN_CAPABILITIES
+    frozenset({"P2OS", "server", "hangup", "reopen", "baud", "uart", "flash", "user-io", "truth"}) | OWN_CAPABILITIES
 )
 _SERVER_CAPABILITIES = frozenset({"P2OS", "server", "reopen"})
+_PSEUDO = "/dev/pts/"
 P2OS_SERVER = FarEnd(
     serve=ScriptedServer,
     case=ForeignClientCase,
@@ -144,8 +146,14 @@ class AttachedProvider(AttachedProviderBase[Peer, AttachedCase]):
 
     @property
     def capabilities(self) -> frozenset[str]:
-        """A serial line has a rate that can be changed, a socket can be hung up; more is not known of a stranger."""
-        is_network = "://" in self._serial.url and not self._serial.url.startswith(("rfc2217:", "spy:", "hwgrep:"))
+        """A serial line has a rate that can be changed, a socket can be hung up; more is not known of a stranger.
+
+        Behind a URL or a pseudo-terminal a robot may speak at any rate.
+        """
+        url = self._serial.url
+        if "://" not in url:
+            return _SERVER_CAPABILITIES | {"baud"} | (set() if real_path(url).startswith(_PSEUDO) else {"uart"})
+        is_network = not url.startswith(("rfc2217:", "spy:", "hwgrep:"))
         return _SERVER_CAPABILITIES | ({"hangup"} if is_network else {"baud"})
 
     def _make_peer(self, port: Port) -> Peer:

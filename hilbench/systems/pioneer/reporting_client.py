@@ -121,7 +121,9 @@ class ReportingClient:
 
     def _understand(self, said: Mapping[str, Any]) -> None:
         if "state" in said:
-            self.state, self.failure = ClientState[said["state"]], _as(str, said.get("failure", ""))
+            self.state = ClientState[said["state"]]
+            over = self.state.value if self.state in (ClientState.FAILED, ClientState.LOST) else ""
+            self.failure = _as(str, said.get("failure", "")) or over  # it need not know why
         if "identification" in said:
             self.identification = _as(Identification, said["identification"])
         if "config" in said:

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 
 from measure.mutants.derived.book import Book, Entry, Run
-from measure.mutants.derived.reasons import reason
+from measure.mutants.derived.reasons import hidden, reason
 from measure.mutants.derived.subjects import SUBJECTS
 
 __all__ = ["page"]
@@ -32,7 +32,8 @@ is judged, and most of its faults do not show. Any protocol of a plug-in gets th
 `python -m measure.mutants.derived --bench FILE --protocol NAME`.
 
 The score is the share of the mutants that were found, less the equivalent ones. *Without effect* are those with which
-no case of the suites meets a frame, timer or edge that differs: they survive, and count so.
+no case of the suites meets a frame, timer or edge that differs: they survive, and count so. *Of those that can show* is
+the score at a port without those that no stimulus at a port shows, whoever is there; each is named with the reason.
 
 """.removeprefix("\n")
 
@@ -46,8 +47,8 @@ def _lines(book: Book) -> Iterator[str]:
     yield "# Wrong peers made from what a protocol says of itself\n"
     yield "Made by `python -m measure.mutants.derived`. Do not edit.\n"
     yield from _HEAD.splitlines()
-    yield "| Peer | Mutants | Run | Equivalent | Found at a port | Found as a model |"
-    yield "|---|---|---|---|---|---|"
+    yield "| Peer | Mutants | Run | Equivalent | Found at a port | of those that can show | as a model |"
+    yield "|---|---|---|---|---|---|---|"
     for name, run in book.file.subjects.items():
         yield _row(book, name, run)
     for name, run in book.file.subjects.items():
@@ -56,8 +57,10 @@ def _lines(book: Book) -> Iterator[str]:
 
 def _row(book: Book, name: str, run: Run) -> str:
     equal = book.equivalent(name)
-    counted = [entry for id_, entry in run.mutants.items() if id_ not in equal]
-    scores = [_score(counted, mode) for mode in _MODES]
+    counted = {id_: entry for id_, entry in run.mutants.items() if id_ not in equal}
+    can_show = [entry for id_, entry in counted.items() if not hidden(name, id_)]
+    port, model = (_score(counted.values(), mode) for mode in _MODES)
+    scores = [port, _score(can_show, "port") if len(can_show) < len(counted) else "-", model]
     share = "all" if run.share >= 1 else f"{run.share:.0%}, seed {run.seed}"
     cells = [run.title, run.derived, f"{len(run.mutants)} ({share})", len(equal), *scores]
     return f"| {' | '.join(map(str, cells))} |"
@@ -110,13 +113,31 @@ def _survivors(book: Book, name: str) -> Iterator[str]:
         for id_, entry in those:
             yield f"- `{id_}`: {entry.what}{_trace(entry, 'model')}"
         yield ""
+    at_port = dict(book.survivors(name, "port"))
+    unseen = {id_: entry for id_, entry in at_port.items() if hidden(name, id_)}
+    yield from _hidden(name, unseen)
+    yield from _others(name, {id_: entry for id_, entry in at_port.items() if id_ not in {*of_model, *unseen}})
+
+
+def _hidden(name: str, those: dict[str, Entry]) -> Iterator[str]:
+    by_reason: dict[str, list[str]] = defaultdict(list)
+    for id_, entry in those.items():
+        by_reason[hidden(name, id_)].append(f"- `{id_}`: {entry.what}")
+    if by_reason:
+        yield "\n### What no stimulus at a port shows\n"
+    for why, lines in sorted(by_reason.items()):
+        yield f"{why[:1].upper()}{why[1:]}:\n"
+        yield from lines
+        yield ""
+
+
+def _others(name: str, rest: dict[str, Entry]) -> Iterator[str]:
     lacks = _lacking(name)
-    rest = [(id_, entry) for id_, entry in book.survivors(name, "port") if id_ not in of_model]
     if rest:
         yield "\n### Survivors at a port alone\n"
         yield "| Mutant | Fault | Found as a model by (and what that needs beside a line) |"
         yield "|---|---|---|"
-        for id_, entry in rest:
+        for id_, entry in rest.items():
             outcome = entry.outcomes["model"]
             by = ", ".join(f"{one}{lacks(one)}" for one in outcome.found_by) or outcome.lost
             yield f"| `{id_}` | {entry.what}{_trace(entry, 'port')} | {by} |"

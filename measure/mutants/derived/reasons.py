@@ -2,7 +2,7 @@
 
 A reason begins with one of three words. "equivalent": the specification permits it, in a sentence that is named.
 "unasked": it is wrong, but no clause asks for what would show it. "elsewhere": a clause of another suite does, on
-another bench.
+another bench. Beside them stands why a mutant shows at no port, whatever anybody does there: `HIDDEN`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 from measure.mutants.derived.trial import Outcome
 
-__all__ = ["EQUIVALENT", "REASONS", "reason"]
+__all__ = ["EQUIVALENT", "HIDDEN", "REASONS", "hidden", "reason"]
 
 EQUIVALENT = "equivalent"
 
@@ -98,7 +98,7 @@ REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
                 r"hears:DHEAD:doubled",
                 "unasked: a second DHEAD at once, from the same heading (S29), turns no further",
             ),
-            (r"says:(Encoder|Io)Packet:reordered", "unasked: no clause asks in which order packets come"),
+            (r"says:EncoderPacket:reordered", "unasked: no clause asks in which order packets come"),
             (
                 r"says:ConfigPacket:(four_motors|serial)",
                 "unasked: a figure of the robot's FLASH that nothing else shows, and that S92 does not write",
@@ -130,6 +130,53 @@ REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
     }
 )
 """By subject: what the ids of a family match, and its reason; the first that matches counts."""
+
+
+_FLASH = (
+    r"aux1_baud|front_sonar|gripper|host_baud|joy_\w+|low_battery_dv|p2mpacs|pwm_max|rear_sonar|revcount|sip_cycle_ms"
+    r"|stall_\w+|watchdog_ms|(rot|trans)_(acc|vel)_top_\w+"
+)
+"""Figures of CONFIG that no command changes."""
+
+HIDDEN: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
+    {
+        "p2os-server": (
+            (
+                r"hears:DHEAD:doubled",
+                "DHEAD turns from the heading that the robot has (S91), and it has the same at the second",
+            ),
+            (
+                r"hears:(ADSEL|R?VEL|SETR?[AV]|SONAR|(ROT|TRANS)K[PIV]):doubled",
+                "the second sets what the first has set",
+            ),
+            (r"hears:(OPEN|CLOSE):argument|ENABLE:unused", "no source gives these bytes a meaning"),
+            (r"hears:SAY:argument", "what the robot plays is heard in its room"),
+            (
+                r"hears:(ROT|TRANS)K[PIV]:reordered",
+                "CONFIG, which alone says it, is made in a cycle in which both commands are obeyed",
+            ),
+            (
+                r"hears:(GETAUX|TTY2):(argument:(stale|stuck)|late)|says:SerAuxPacket:doubled",
+                "it is not known that anything at the AUX port speaks",
+            ),
+            (r"says:Sip:digin:(stuck|stale)", "nothing is known to change the inputs"),
+            (
+                rf"says:ConfigPacket:({_FLASH}):(stuck|stale)",
+                "what is in FLASH does not change while somebody is there",
+            ),
+            (
+                r"says:ConfigPacket:(aux1_baud:plus|joy_\w+:minus|low_battery_dv:plus|p2mpacs:plus|stall_pwm:neighbour)",
+                "it is in FLASH, and nothing else that the robot does tells it, or so exactly",
+            ),
+        ),
+    }
+)
+"""By subject: what the ids of a family match, and why it shows at no port."""
+
+
+def hidden(subject: str, id_: str) -> str:
+    """Return why a mutant shows at no port; empty if it could."""
+    return next((text for pattern, text in HIDDEN.get(subject, ()) if re.search(pattern, id_)), "")
 
 
 def reason(subject: str, id_: str, outcome: Outcome) -> str:

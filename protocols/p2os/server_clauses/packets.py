@@ -83,7 +83,7 @@ CLAUSES: tuple[Clause, ...] = (
         suite=_SUITE,
         level="should",
         title="POLLING picks the discs",
-        text="POLLING with the bytes 1 and 5: only discs 0 and 4 are reported.",
+        text="POLLING with the bytes 1 and 5, then 3 and 7: only discs 0 and 4 are reported, then 2 and 6.",
         sources=(MANUAL,),
         needs=("server",),
     ),
@@ -248,11 +248,16 @@ CLAUSES: tuple[Clause, ...] = (
         level="should",
         title="Inputs and outputs agree in SIP and IO packet",
         text=(
-            "DIGOUT, ADSEL 1 to 5 and IOREQUEST 1: the SIP has the outputs and the port that were set; its outputs, "
+            "IOREQUEST 2, DIGOUT and ADSEL 1 to 5: the SIP has the outputs and the port that were set; its outputs, "
             "inputs and analog value are among those of the IO packet, whose analog values have ten bits; these may be "
-            "off by 2 of 256, but not each time to the same side."
+            "off by 2 of 256, but not each time to the same side. Behind one DIGOUT at least, each IO packet has the "
+            "outputs of the SIP before it or behind it."
         ),
-        sources=(ARIA, f"{MANUAL}: ADSEL selects the port that a SIP shows, and the SIP says which"),
+        sources=(
+            ARIA,
+            f"{MANUAL}: ADSEL selects the port that a SIP shows, and the SIP says which",
+            CHOICE + " how old the outputs of an IO packet may be",
+        ),
         needs=("server",),
     ),
     Clause(
@@ -263,8 +268,7 @@ CLAUSES: tuple[Clause, ...] = (
         text=(
             "Figures are written into FLASH and the robot is switched on again, twice: CONFIG has the tops, PWMMax, "
             "SIPcycle, Aux1Baud, Gripper, FrontSonar, RearSonar, LowBattery, RevCount, WatchDog, P2MPACS, StallVal, "
-            "StallCount, JoyVel and JoyRVel that were written, and all else as it was. HostBaud is the code of the "
-            "line's rate."
+            "StallCount, JoyVel and JoyRVel that were written, and all else as it was."
         ),
         sources=(f"{H8}: CONFIG has the values that are in FLASH", CONFIG_READER),
         needs=("server", "flash"),
@@ -281,5 +285,14 @@ CLAUSES: tuple[Clause, ...] = (
         ),
         sources=(f"{MANUAL}: DIGIN, ANALOG and ADSEL", ARIA),
         needs=("server", "user-io"),
+    ),
+    Clause(
+        id="S94",
+        suite=_SUITE,
+        level="should",
+        title="CONFIG has the rate of the line",
+        text="HostBaud in CONFIG is the code of the line's rate: 9600, 19200, 38400, 57600 or 115200 bit/s, from 0 on.",
+        sources=(H8, CONFIG_READER),
+        needs=("server", "uart"),
     ),
 )

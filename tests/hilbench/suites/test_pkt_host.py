@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import struct
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -37,6 +39,8 @@ from protocols.pkt import (
     UnknownReport,
 )
 from protocols.pkt.clauses import HOST_CLAUSES
+from protocols.pkt.framing import encode_frame as pkt_frame
+from tests.each import each
 
 OPTIONS = CheckOptions(bench="rover-model", suites=("pkt-host",))
 
@@ -205,6 +209,30 @@ def test_a_foreign_host_is_judged_by_what_it_sends():
     report = run_suites(options, ForeignClientInBenchTime(shared, foreign_host(shared), saying(REQUEST, 0.3)))
     verdicts = {case.clause_ids[0]: case.verdict for case in report.cases}
     assert verdicts == {"P50": Verdict.PASS, "P52": Verdict.FAIL, "P57": Verdict.NOT_APPLICABLE}
+
+
+def of_parameters(opcode, layout, *values, rest=b""):
+    return pkt_frame(bytes((opcode,)) + struct.pack(layout, *values) + rest)
+
+
+@each(
+    ("said", "right"),
+    [
+        (of_parameters(3, "<ffB", 0.5, -0.25, 3), True),
+        (of_parameters(4, "<ffB", 200.0, -0.5, 3), True),
+        (of_parameters(3, "<ffB", 1e-40, 0.0, 3), True),
+        (of_parameters(3, ">ffB", 0.5, -0.25, 3), False),
+        (of_parameters(4, ">ffB", 60.0, 30.0, 3), False),
+        (of_parameters(3, "<ffB", 1.5, -0.25, 3), False),
+        (of_parameters(3, "<ffB", math.nan, 0.0, 3), False),
+        (of_parameters(3, "<ffB", 0.5, -0.25, 3, rest=b"\0"), False),
+    ],
+)
+def test_a_host_s_parameters_are_those_that_the_rover_has(said, right):
+    shared = shared_bench()
+    provider = ForeignClientInBenchTime(shared, foreign_host(shared), saying(REQUEST + said, 0.3))
+    cases = run_suites(replace(OPTIONS, select="P50"), provider).cases
+    assert [case.verdict for case in cases] == [Verdict.PASS if right else Verdict.FAIL], cases[0].cause
 
 
 def test_a_program_is_a_foreign_host():

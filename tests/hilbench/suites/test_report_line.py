@@ -20,7 +20,7 @@ from hilbench.errors import UsageError
 from hilbench.journal import Journal
 from hilbench.links import Line, MemoryLink
 from hilbench.systems.pioneer.cases import ForeignClientCase
-from hilbench.systems.pioneer.reporting_client import ReportingClient
+from hilbench.systems.pioneer.reporting_client import ClientReporter, ReportingClient
 from hilbench.systems.pioneer.scripted import ScriptedServer
 from hilbench.systems.rover.reporting_station import ReportingStation
 from hilbench.systems.vehicle.car_simulator import CarSimulator, make_host
@@ -59,6 +59,20 @@ def test_a_client_that_tells_is_judged_as_ours_is(name):
     assert {clause for clause, verdict in verdicts.items() if verdict is Verdict.NOT_APPLICABLE} == OF_OURS_ALONE[name]
     assert set(verdicts.values()) == {Verdict.PASS, Verdict.NOT_APPLICABLE}
     assert {need for clause in report.clauses for need in clause.by_own_report} == BY_OWN_REPORT.get(name, set())
+
+
+def test_a_client_may_say_that_it_lost_the_robot_and_not_why(monkeypatch):
+    told = ClientReporter._report_new
+    monkeypatch.setattr(
+        ClientReporter,
+        "_report_new",
+        lambda reporter, what, value: told(reporter, what, value | {"failure": ""} if what == "state" else value),
+    )
+    subject = SUBJECTS["p2os-client"]
+    options = CheckOptions(bench=subject.bench, suites=subject.suites, select="C20")
+    with opened(subject, lambda _scheduler, port: port, at_port=True) as provider:
+        report = run_suites(options, provider)
+    assert [(case.verdict, case.cause) for case in report.cases] == [(Verdict.PASS, "")] * 2
 
 
 class TellsLate:
