@@ -28,7 +28,7 @@ from targets.mcu.stm32.tim.kinds import HIGH_DENSITY_KINDS, KINDS, Kind
 from targets.mcu.stm32.tim.value_line_kinds import VALUE_LINE_KINDS
 from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
-from targets.mcu.stm32f1.absent import absent_peripherals
+from targets.mcu.stm32f1.absent import Fsmc, absent_peripherals
 from targets.mcu.stm32f1.adc import Adc
 from targets.mcu.stm32f1.afio import FIXED, Afio
 from targets.mcu.stm32f1.bkp import Bkp
@@ -154,6 +154,8 @@ class Stm32f103(BasicChip):
             bus.add(peripheral, ahb=name in AHB_PERIPHERALS)
         for base, size in BRIDGES:
             bus.add_quiet(base, size)
+        if isinstance(fsmc := self.peripherals.get("FSMC"), Fsmc):
+            bus.add_quiet(*Fsmc.MEMORY, fsmc.answers)
         self._tie(self.DENSITY.gates, backup=(self.bkp, self.rtc))
         self.rcc.on_clock_failure = self._clock_failed
         self._pull_pins(board, straps)
@@ -366,11 +368,11 @@ class HighDensity(Stm32f103):
     """An STM32F103 of high density; see `targets.mcu.chip.Chip`."""
 
     CORE = replace(CORTEX_M3, irq_count=HIGH.irq_count)
-    # With SDIO, and with the registers of FSMC.
+    # With SDIO, and with the banks and registers of FSMC.
     REGISTER_WINDOWS = (
         (0x4000_0000, 0x1_8400),
         (0x4002_0000, 0x4000),
-        (0xA000_0000, 0x1000),
+        (Fsmc.MEMORY[0], Fsmc.MEMORY[1] + 0x1000),
         (0xE000_0000, 0x10_0000),
     )
     DENSITY = HIGH
