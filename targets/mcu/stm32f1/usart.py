@@ -24,7 +24,7 @@ from targets.mcu.stm32.usart_base import UsartBase, listen
 from targets.mcu.stm32.usart_clock import CLKEN, CPHA, CPOL, LBCL, ClockPin
 from targets.mcu.stm32.usart_line import Kind
 
-__all__ = ["Uart4", "Uart5", "Usart", "ValueLineUsart"]
+__all__ = ["Uart4", "Uart5", "Usart", "ValueLineUart", "ValueLineUsart"]
 
 SR, DR, BRR, CR1, CR2, CR3, GTPR = range(0, 0x1C, 4)
 
@@ -220,3 +220,9 @@ class Uart5(Usart):
     """UART5, which asks for no DMA besides."""
 
     REGISTERS = _without(0x000F)
+
+
+class ValueLineUart(Uart4):
+    """UART4 and UART5 of the STM32F100, which both ask for DMA."""
+
+    REGISTERS = tuple(_with_unmodelled(register) for register in Uart4.REGISTERS)
