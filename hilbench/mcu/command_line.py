@@ -14,6 +14,7 @@ from hilbench.files.built_in import built_in_benches
 from hilbench.nearest import did_you_mean
 from hilbench.strict.changes import Change
 from targets.boards import board_names
+from targets.mcu.variants import VARIANTS
 
 __all__ = ["open_target"]
 
@@ -46,6 +47,9 @@ def open_target(what: str | None, chip: str | None = None, *, changes: Sequence[
             raise UsageError(f"'{spec}' is a bench, with nothing behind a colon", where=what, hint=hint)
         if spec in {"serial", "listen", "exec", "capture"} or "://" in what:
             raise UsageError("cannot be run here", where=what, hint="name a bench, or a board with an image")
+        if spec.upper() in VARIANTS:
+            hint = f"a chip goes onto a board: {board_names()[0]}:{image} --chip {spec.upper()}"
+            raise UsageError(f"'{spec}' is a chip", where=what, hint=hint)
         raise UsageError(f"no board '{spec}'", where=what, hint=did_you_mean(spec, board_names(), "built-in boards"))
     target = parse_target(what, what)
     board = open_board(target.name, Path())

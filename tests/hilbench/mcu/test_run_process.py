@@ -68,6 +68,11 @@ def test_a_wait_for_a_register_of_the_core_is_told_by_its_name(capfd):
     ("words", "code", "said"),
     [
         (["run", "bluepill:none.elf"], 3, "none.elf: no such firmware file; build it, or check the path"),
+        (
+            ["run", "stm32f103re:none.elf"],
+            2,
+            "stm32f103re:none.elf: 'stm32f103re' is a chip; a chip goes onto a board: bluepill:none.elf",
+        ),
         (["run", "bluepil:none.elf"], 2, "bluepil:none.elf: no board 'bluepil'; did you mean 'bluepill'?"),
         (["run", "bluepill:"], 2, "bluepill:: names no image; write bluepill:IMAGE (ELF, Intel HEX or raw binary)"),
         (["run", "none.toml:x.elf"], 2, "none.toml: no such board file"),
