@@ -269,7 +269,7 @@ def test_ug_of_a_master_resets_its_slave(pair):
 @pytest.mark.parametrize("by_reset", [False, True])
 def test_a_master_that_was_high_triggers_again_in_another_mode(pair, by_reset):
     """RM0008 section 15.4.2: TRGO was OC1REF, and high; then it is a pulse at each update, or at UG after a reset."""
-    chip, master, slave = pair
+    _chip, master, slave = pair
     setup(slave, SMCR=0x06)
     setup(master, CR2=0x40, CCMR1=0x50)
     poke(slave, "CR1", 0)
