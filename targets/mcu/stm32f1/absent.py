@@ -6,7 +6,7 @@ answers.
 
 Where the FSMC has a bank on, as for a display, nothing is attached: reads give 0 (choice), writes are lost.
 
-Registers: RM0008 sections 21 (FSMC), 22 (SDIO), 23 (USB), 24 (bxCAN).
+Registers: RM0008 sections 21 (FSMC), 23 (USB), 24 (bxCAN).
 """
 
 from __future__ import annotations
@@ -20,16 +20,6 @@ from targets.mcu.stm32f1.densities import MEDIUM, Density
 __all__ = ["Fsmc", "absent_peripherals"]
 
 HALF = 0xFFFF
-
-
-class Sdio(Absent):
-    """The SD card interface: no card answers, and no timeout ends."""
-
-    MISSING = "no card answers"
-    REGISTERS = registers(
-        "POWER CLKCR ARG CMD RESPCMD: RESP1: RESP2: RESP3: RESP4: DTIMER DLEN DCTRL DCOUNT: STA: ICR MASK "
-        "@48 FIFOCNT: @80 FIFO"
-    )
 
 
 class Fsmc(Absent):
@@ -125,7 +115,6 @@ def absent_peripherals(services: Services, density: Density = MEDIUM) -> list[Pe
         UsbMemory("USB_SRAM", 0x4000_6000, services),
         Can("CAN", 0x4000_6400, services),
         Cec("CEC", 0x4000_7800, services),
-        Sdio("SDIO", 0x4001_8000, services),
         Fsmc("FSMC", 0xA000_0000, services),
     )
     gated_by = {"USB_SRAM": "USB"}

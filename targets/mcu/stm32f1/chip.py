@@ -56,6 +56,7 @@ from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
 from targets.mcu.stm32f1.request_choice import RequestChoice
 from targets.mcu.stm32f1.rtc import Rtc
+from targets.mcu.stm32f1.sdio import Sdio
 from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE, diagnose, system_memory
 from targets.mcu.stm32f1.spi import Spi
 from targets.mcu.stm32f1.usart import Uart4, Uart5, Usart, ValueLineUart, ValueLineUsart
@@ -303,6 +304,7 @@ class Stm32f103(BasicChip):
             *self.adcs.values(),
             *self.spis.values(),
             *self.i2cs.values(),
+            *([Sdio(0x4001_8000, services)] if "SDIO" in there else []),
             *absent_peripherals(services, self.DENSITY),
         )
 

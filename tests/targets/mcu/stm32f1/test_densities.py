@@ -33,10 +33,9 @@ MODELLED_OF_HIGH = {
     "DMA2": 0x4002_0400,
 }
 ABSENT_OF_HIGH = {
-    "SDIO": 0x4001_8000,
     "FSMC": 0xA000_0000,
 }
-FROM_HIGH = {"GPIOF", "GPIOG", *MODELLED_OF_HIGH, *ABSENT_OF_HIGH}
+FROM_HIGH = {"GPIOF", "GPIOG", "SDIO", *MODELLED_OF_HIGH, *ABSENT_OF_HIGH}
 
 IMAGE = load_image(image_path("selftest-crc"), limits_for("STM32F103C8"))
 
