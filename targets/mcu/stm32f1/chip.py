@@ -99,7 +99,7 @@ AHB_PERIPHERALS = frozenset({"DMA1", "DMA2", "SDIO", "FSMC", "RCC", "FLASH", "CR
 # Behind the bridges an address without a peripheral reads 0 (a choice: the manual is silent); on AHB it is a bus error.
 BRIDGES = ((0x4000_0000, 0x1_0000), (0x4001_0000, 0x8000))
 RAM_BASE = 0x2000_0000
-_SHARED_IRQS = (24, 25, 26)  # of the value line
+_SHARED_IRQS = (24, 25, 26, 54)  # of the value line
 # Where MISC_REMAP of the value line of high density lets TIM5 in for TIM15 (RM0041 section 7.4.7).
 _TRIGGERED_BY_EITHER = ("TIM1", "TIM3")
 
@@ -403,7 +403,7 @@ class HighDensity(Stm32f103):
 class MediumValueLine(Stm32f103):
     """An STM32F100 of medium density; see `targets.mcu.chip.Chip`.
 
-    TIM1 shares interrupts with TIM15 to TIM17, and TIM6 with the DAC, which has none here (RM0041 table 50).
+    TIM1 shares interrupts with TIM15 to TIM17, and TIM6 with the DAC (RM0041 table 50).
     """
 
     CORE = replace(CORTEX_M3, irq_count=MEDIUM_VALUE.irq_count)

@@ -407,17 +407,67 @@ def test_triggers_of_the_dac(rig, select, timer):
     assert rig.peek("DAC_DOR1") == 77
 
 
-def test_underruns_are_said_to_be_missing(rig):
+@pytest.mark.parametrize(("channel", "dma"), [(1, 3), (2, 4)])
+def test_dma_that_comes_too_late_is_an_underrun(rig, channel, dma):
+    """RM0041 section 11.3.7: then no request is treated until it is set up anew."""
+    shift, flag = 16 * (channel - 1), 1 << 13 + 16 * (channel - 1)
+    for register, value in ((f"CPAR{dma}", 0x4000_7408 + 12 * (channel - 1)), (f"CMAR{dma}", 0x2000_0000)):
+        rig.poke(f"DMA1_{register}", value)
+    rig.poke("DAC_CR", 0x3005 << shift)  # TIM6, and DMAUDRIE
+
+    def trigger():
+        rig.poke("TIM6_EGR", 1)
+        rig.advance(20)
+        return bool(rig.peek("DAC_SR") & flag), 54 in rig.pending()
+
+    assert [trigger(), trigger()] == [(False, False), (True, True)]
+    rig.poke(f"DMA1_CNDTR{dma}", 9)
+    rig.poke(f"DMA1_CCR{dma}", 0x5B1)
+    trigger()
+    assert rig.peek(f"DMA1_CNDTR{dma}") == 9
+    rig.poke("DAC_SR", flag)
     assert rig.peek("DAC_SR") == 0
-    rig.poke("DAC_CR", 1 << 13)
-    assert rig.noted("unmodelled") == ["DAC_SR", "DAC_CR"]
+    rig.poke("DAC_CR", 0)
+    rig.poke("DAC_CR", 0x1005 << shift)
+    assert [trigger(), trigger(), trigger()][-1][0] is False
+    assert rig.peek(f"DMA1_CNDTR{dma}") == 6
 
 
-def test_bits_of_the_usart_that_are_not_modelled_are_noted(rig):
-    rig.poke("USART1_CR1", 1 << 15)
-    rig.poke("USART1_CR3", 1 << 11)
-    assert rig.noted("unmodelled") == ["USART1_CR1", "USART1_CR3"]
-    assert rig.peek("USART1_CR1") == 1 << 15
+@pytest.mark.parametrize(
+    ("brr", "over8", "cycles"), [(0x115, False, 0x115), (0x115, True, 0x11 * 8 + 5), (0x10, True, 8), (0xF, True, 0)]
+)
+def test_a_bit_of_a_usart_that_samples_it_8_times(rig, brr, over8, cycles):
+    """RM0041 section 23.3.4: the divider has three bits behind the point, and counts eighths."""
+    sent = []
+    rig.mode("PA9", AF)
+    usart = rig.chip.usarts["USART1"]
+    usart.on_frame = sent.append
+    rig.poke("USART1_BRR", brr)
+    rig.poke("USART1_CR1", 0x2008 | over8 << 15)
+    rig.poke("USART1_DR", 0x55)
+    rig.advance(20_000)
+    assert [frame.bit_s * 8_000_000 for frame in sent] == ([cycles] if cycles else [])
+
+
+def test_bit_3_of_brr_is_not_looked_at_with_over8(rig):
+    rig.poke("USART1_BRR", 0x118)
+    assert rig.noted("misuse") == []
+    rig.poke("USART1_CR1", 0xA008)
+    assert rig.noted("misuse") == ["USART1_BRR"]
+
+
+@pytest.mark.parametrize(("onebit", "noisy"), [(False, True), (True, False)])
+def test_one_sample_knows_no_noise(rig, onebit, noisy):
+    """RM0041 section 23.6.6: ONEBIT disables the noise flag. A spike at the first of the three samples."""
+    for register, value in (("BRR", 320), ("CR3", onebit << 11), ("CR1", 0x2004)):
+        rig.poke(f"USART1_{register}", value)
+    pin, start = rig.chip.pins["PA10"], rig.machine.time.now + 1000
+    at = rig.machine.time.at
+    for cycle, level in ((0, True), (1000, False), (1320, True), (1320 + 150, False), (1320 + 170, True)):
+        at(start - 1000 + cycle, lambda level=level: pin.drive(level))
+    rig.advance(6000)
+    assert bool(rig.peek("USART1_SR") & 1 << 2) is noisy
+    assert rig.peek("USART1_DR") == 0xFF
 
 
 def test_others_have_none_of_it():
