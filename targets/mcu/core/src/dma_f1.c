@@ -71,8 +71,8 @@ static uint32_t irq_of(const struct hil_dma *dma, uint32_t n) { return n < dma->
 
 static void set_irq(struct hil_dma *dma, uint32_t irq) {
   bool level = false;
-  for (uint32_t n = irq; n < dma->count && irq_of(dma, n) == irq; n++)
-    level |= (flags(dma, n) & registers(dma, n)[CCR]) != 0;
+  for (uint32_t other = irq; other < dma->count && irq_of(dma, other) == irq; other++)
+    level |= (flags(dma, other) & registers(dma, other)[CCR]) != 0;
   if (level == dma->irq[irq])
     return;
   dma->irq[irq] = level;
