@@ -48,6 +48,7 @@ CHIPS = {
     "mcu-registers.md": "STM32F103C8",
     "mcu-registers-f103ze.md": "STM32F103ZE",
     "mcu-registers-f100rb.md": "STM32F100RB",
+    "mcu-registers-f100ze.md": "STM32F100ZE",
     "mcu-registers-f767.md": "STM32F767ZI",
     "mcu-registers-h753.md": "STM32H753ZI",
 }

@@ -36,6 +36,8 @@ def parser() -> Parser:
     add("what", metavar="TARGET|BENCH", nargs="?",
         help="bluepill:IMAGE, BOARD.toml:IMAGE or bench file (default: ./hilbench.toml)")  # fmt: skip
     add("--chip", metavar="PART", help="another chip on the board, such as STM32F103CB")
+    add("--timing", choices=("flat", "table"),
+        help="how long instructions take; table: each as the manual says, for delay loops (default: flat)")  # fmt: skip
     add("--for", metavar="TIME", dest="for_ns", type=typed(arguments.duration_ns),
         help="bench time to run, such as 10s, 500ms, 2min (default: until the firmware ends, or Ctrl-C)")  # fmt: skip
     add_parts(made)
@@ -78,7 +80,7 @@ def run(parsed: argparse.Namespace) -> int:
     if parsed.what is None and not DEFAULT_FILE.is_file():
         hint = f"write BOARD:IMAGE or a bench file; 'hilbench init' makes {DEFAULT_FILE}"
         raise UsageError(f"needs something to run, and there is no {DEFAULT_FILE} here", where="run", hint=hint)
-    bench_file = with_stimuli(parsed, with_parts(parsed, open_target(parsed.what, parsed.chip)))
+    bench_file = with_stimuli(parsed, with_parts(parsed, open_target(parsed.what, parsed.chip, timing=parsed.timing)))
     outputs = [("--journal", parsed.journal), ("--vcd", parsed.vcd), ("--write-stimuli", parsed.write_stimuli)]
     outputs.append(("--coverage", parsed.coverage))
     outputs += (("--picture", file) for _, file in parsed.picture)

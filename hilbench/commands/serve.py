@@ -49,6 +49,8 @@ def parser() -> Parser:
     add("--rfc2217", metavar="[USART=][HOST:]PORT", action="append", default=[], type=typed(arguments.rfc2217_door),
         help="as --tcp, for clients that set the rate of the line (rfc2217://HOST:PORT of pyserial)")  # fmt: skip
     add("--chip", metavar="PART", help="another chip on the board, such as STM32F103CB")
+    add("--timing", choices=("flat", "table"),
+        help="how long instructions take; table: each as the manual says, for delay loops (default: flat)")  # fmt: skip
     add("--scene", metavar="S", help="use this scene instead of the bench file's: a built-in name or a file")
     add("--seed", metavar="N", type=typed(arguments.seed), default=0, help="seed of the run (default: 0)")
     add("--baud", metavar="B", type=typed(arguments.baud), help="speed of the line in bit/s")
@@ -94,7 +96,7 @@ def run(parsed: argparse.Namespace) -> int:
         journal_max=parsed.journal_max,
         dds=parsed.dds,
     )
-    bench_file = with_stimuli(parsed, with_parts(parsed, open_target(options.what, parsed.chip)))
+    bench_file = with_stimuli(parsed, with_parts(parsed, open_target(options.what, parsed.chip, timing=parsed.timing)))
     scene = None if options.scene is None else Path(options.scene)
     refuse_overwriting(options.outputs(), [*inputs_of(bench_file), ("the scene", scene)])
     refuse_writing_into([("--journal", options.journal)], ((f"--pty {door.path}", door.path) for door in options.ptys))

@@ -66,7 +66,7 @@ class Bus:
         self._part_takers: dict[int, TakesParts] = {}
         self._pages: dict[int, Peripheral] = {}
         self._ahb: set[str] = set()
-        self._quiet: list[tuple[int, int]] = []
+        self._quiet: list[tuple[int, int, Callable[[int], bool] | None]] = []
         self.on_code_store: Callable[[int, int, int], None] = lambda _address, _size, _value: None
         self.writes = 0
         self.block_writes = 0
@@ -90,9 +90,12 @@ class Bus:
         if _takes_parts(kind):
             self._part_takers.update(dict.fromkeys(pages, cast("TakesParts", peripheral)))
 
-    def add_quiet(self, base: int, size: int) -> None:
-        """Let addresses without a peripheral read zero there, as behind a bridge, instead of faulting."""
-        self._quiet.append((base, base + size))
+    def add_quiet(self, base: int, size: int, answers: Callable[[int], bool] | None = None) -> None:
+        """Let addresses without a peripheral read zero there, as behind a bridge, instead of faulting.
+
+        Where `answers` is given, it says for which addresses, and notes what is to be said of them.
+        """
+        self._quiet.append((base, base + size, answers))
 
     # --- masters other than the CPU's own loads and stores: DMA, exception stacking, bit-band
 
@@ -245,17 +248,19 @@ class Bus:
         self.block_writes += address < _CORE
 
     def _read_nothing(self, address: int) -> int:
-        self._check_quiet(address)
-        self._notes.add("reserved", f"0x{address & ~0x3FF:08X}", "a read where there is no peripheral gives 0")
+        self._note_nothing(address, "a read where there is no peripheral gives 0")
         return 0
 
     def _write_nothing(self, address: int) -> None:
-        self._check_quiet(address)
-        self._notes.add("reserved", f"0x{address & ~0x3FF:08X}", "a write where there is no peripheral is lost")
+        self._note_nothing(address, "a write where there is no peripheral is lost")
 
-    def _check_quiet(self, address: int) -> None:
-        if not any(start <= address < end for start, end in self._quiet):
-            raise BusFault(address)
+    def _note_nothing(self, address: int, text: str) -> None:
+        for start, end, answers in self._quiet:
+            if start <= address < end and (answers is None or answers(address)):
+                if answers is None:
+                    self._notes.add("reserved", f"0x{address & ~0x3FF:08X}", text)
+                return
+        raise BusFault(address)
 
     # --- bit-band
 

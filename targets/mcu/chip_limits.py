@@ -76,7 +76,17 @@ _SERIES = MappingProxyType(
         ),
         # DS5944, ordering information; RM0041 table 50
         "STM32F100": _Series(
-            sizes_kb=MappingProxyType({"4": (16, 4), "6": (32, 4), "8": (64, 8), "B": (128, 8)}),
+            sizes_kb=MappingProxyType(
+                {
+                    "4": (16, 4),
+                    "6": (32, 4),
+                    "8": (64, 8),
+                    "B": (128, 8),
+                    "C": (256, 24),
+                    "D": (384, 32),
+                    "E": (512, 32),
+                }
+            ),
             cpu="cortex-m3",
             irq_count=56,
             options=(0x1FFF_F800, 16),

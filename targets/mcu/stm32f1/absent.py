@@ -4,7 +4,9 @@ Values are kept as written. Flags that hardware would set stay clear, but for th
 before it has begun: CAN enters and leaves its initialisation and sleep modes at once, on a bus on which nobody else
 answers.
 
-Registers: RM0008 sections 21 (FSMC), 22 (SDIO), 23 (USB), 24 (bxCAN).
+Where the FSMC has a bank on, as for a display, nothing is attached: reads give 0 (choice), writes are lost.
+
+Registers: RM0008 sections 21 (FSMC), 23 (USB), 24 (bxCAN).
 """
 
 from __future__ import annotations
@@ -15,19 +17,9 @@ from targets.mcu.services import Services
 from targets.mcu.stm32.absent import Absent, Can, registers
 from targets.mcu.stm32f1.densities import MEDIUM, Density
 
-__all__ = ["absent_peripherals"]
+__all__ = ["Fsmc", "absent_peripherals"]
 
 HALF = 0xFFFF
-
-
-class Sdio(Absent):
-    """The SD card interface: no card answers, and no timeout ends."""
-
-    MISSING = "no card answers"
-    REGISTERS = registers(
-        "POWER CLKCR ARG CMD RESPCMD: RESP1: RESP2: RESP3: RESP4: DTIMER DLEN DCTRL DCOUNT: STA: ICR MASK "
-        "@48 FIFOCNT: @80 FIFO"
-    )
 
 
 class Fsmc(Absent):
@@ -41,6 +33,27 @@ class Fsmc(Absent):
         "@A0 PCR4=18 SR4=40 PMEM4=FCFCFCFC PATT4=FCFCFCFC PIO4=FCFCFCFC "
         "@104 BWTR1=FFFFFFF @10C BWTR2=FFFFFFF @114 BWTR3=FFFFFFF @11C BWTR4=FFFFFFF"
     )
+    MEMORY = 0x6000_0000, 0x4000_0000
+    MBKEN, FACCEN, MTYP, NOR, PBKEN = 1 << 0, 1 << 6, 3 << 2, 2 << 2, 1 << 2
+
+    def answers(self, address: int) -> bool:
+        """Say whether the bank of an address in `MEMORY` is on; else an access is an AHB error (RM0008 21.3).
+
+        Without its clock none answers (choice).
+        """
+        on = self.clocked and self._is_on(address)
+        if on:
+            bank = address & ~0x03FF_FFFF if address < 0x7000_0000 else address & ~0x0FFF_FFFF
+            self.note("unmodelled", f"0x{bank:08X}", "no external memory is there: reads give 0, writes are lost")
+        return on
+
+    def _is_on(self, address: int) -> bool:
+        bank = (address >> 28) - 5
+        if bank > 1:
+            return bool(self[0x20 + 0x20 * bank] & self.PBKEN)
+        control = self[8 * (address >> 26 & 3)]
+        readable = control & self.FACCEN or control & self.MTYP != self.NOR
+        return bool(control & self.MBKEN and readable)
 
 
 class Cec(Absent):
@@ -102,7 +115,6 @@ def absent_peripherals(services: Services, density: Density = MEDIUM) -> list[Pe
         UsbMemory("USB_SRAM", 0x4000_6000, services),
         Can("CAN", 0x4000_6400, services),
         Cec("CEC", 0x4000_7800, services),
-        Sdio("SDIO", 0x4001_8000, services),
         Fsmc("FSMC", 0xA000_0000, services),
     )
     gated_by = {"USB_SRAM": "USB"}

@@ -9,8 +9,8 @@ published board support polls for that, and a change of another field that reads
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from targets.mcu.fidelity import Fidelity
@@ -19,7 +19,16 @@ from targets.mcu.registers import Peripheral, Register
 from targets.mcu.services import Services
 from targets.mcu.signals import Signals
 
-__all__ = ["FIXED", "REMAPS", "VALUE_LINE_REMAPS", "Afio", "Remap"]
+__all__ = [
+    "FIXED",
+    "HIGH_VALUE_LINE_REMAPS",
+    "MISC_REMAP",
+    "MOVED_REQUESTS",
+    "REMAPS",
+    "VALUE_LINE_REMAPS",
+    "Afio",
+    "Remap",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +104,22 @@ VALUE_LINE_REMAPS = (
 )
 """The same of AFIO_MAPR2 of the value line (RM0041 section 7.4.7)."""
 
+HIGH_VALUE_LINE_REMAPS = (
+    *VALUE_LINE_REMAPS,
+    Remap("TIM13_REMAP", 8, 1, dict(enumerate(_signals("TIM13", "CH1", "PC8", "PB0")))),
+    Remap("TIM14_REMAP", 9, 1, dict(enumerate(_signals("TIM14", "CH1", "PC9", "PB1")))),
+    Remap("TIM12_REMAP", 12, 1, dict(enumerate(_signals("TIM12", "CH1 CH2", "PC4 PC5", "PB12 PB13")))),
+)
+"""The same of high density."""
+
+MOVED_REQUESTS: Mapping[str, int] = {
+    **dict.fromkeys(("TIM1_CH1", "TIM1_CH2"), 1 << 4),
+    **dict.fromkeys(("TIM6_UP", "DAC_CH1", "TIM7_UP", "DAC_CH2"), 1 << 11),
+}
+"""The bits of AFIO_MAPR2 that move requests to DMA: TIM1_DMA_REMAP, TIM67_DAC_DMA_REMAP."""
+MISC_REMAP = 1 << 13
+"""Of AFIO_MAPR2: DMA2 channel 5 has an interrupt of its own; TIM15 takes the place of TIM5 as a trigger."""
+
 FIXED: Mapping[str, str] = {
     "USART1_CK": "PA8",
     "USART1_CTS": "PA11",
@@ -163,9 +188,15 @@ _MAPR2_OF_VALUE_LINE = Register(
     "MAPR2",
     0x1C,
     writable=0x1F,
-    ignored=0x18,
+    ignored=0x08,
     fidelity=Fidelity.PARTLY,
-    note="CEC and the requests of TIM1 to DMA are not moved",
+    note="CEC_REMAP: there is no CEC",
+)
+_MAPR2_OF_HIGH_VALUE_LINE = replace(
+    _MAPR2_OF_VALUE_LINE,
+    writable=0x3F1F,
+    ignored=0x0408,
+    note="CEC_REMAP, FSMC_NADV: there are no CEC and FSMC",
 )
 
 
@@ -180,10 +211,11 @@ class Afio(Peripheral):
         signals: the signals it routes.
         shared_oscillator_pins: whether PD0 and PD1 are the pins of the oscillator unless PD01_REMAP is set, as they are
             on packages of up to 64 pins (RM0008 section 9.3.3).
-        has_mapr2: the chip has an FSMC, and a register for its NADV; it has TIM8, too, which may trigger converters.
+        there: names of the peripherals that the chip has.
         value_line: it has the second register of the value line.
 
     Attributes:
+        on_mapr2: called with the new value of AFIO_MAPR2 of the value line.
         on_tim5_ch4: called with whether channel 4 of TIM5 is connected to the LSI, after a change.
     """
 
@@ -216,18 +248,21 @@ class Afio(Peripheral):
         signals: Signals,
         *,
         shared_oscillator_pins: bool = True,
-        has_mapr2: bool = False,
+        there: Collection[str] = (),
         value_line: bool = False,
     ) -> None:
-        self._more = (_MAPR2_OF_VALUE_LINE,) if value_line else (_MAPR2,) if has_mapr2 else ()
-        self._remaps2 = VALUE_LINE_REMAPS if value_line else ()
-        self._has_tim8 = has_mapr2
+        has_fsmc = "FSMC" in there
+        of_value_line = _MAPR2_OF_HIGH_VALUE_LINE if has_fsmc else _MAPR2_OF_VALUE_LINE
+        self._more = (of_value_line,) if value_line else (_MAPR2,) if has_fsmc else ()
+        self._remaps2 = (HIGH_VALUE_LINE_REMAPS if has_fsmc else VALUE_LINE_REMAPS) if value_line else ()
+        self._has_tim8 = "TIM8" in there
         super().__init__(name, base, services)
         self._shared_oscillator_pins = shared_oscillator_pins
         self._pins = pins
         self._signals = signals
         self._debug_pins: tuple[str, ...] = ()
         self._event_out = signals.output("EVENTOUT")
+        self.on_mapr2: Callable[[int], None] = lambda _value: None
         self.on_tim5_ch4: Callable[[bool], None] = lambda _inside: None
         for signal, pin in FIXED.items():
             signals.route(signal, pin)
@@ -244,6 +279,7 @@ class Afio(Peripheral):
             self._route(remap.pins[0])
         self._give_debug_pins(_DEBUG_PINS[0])
         self._give_oscillator_pins(remapped=False)
+        self.on_mapr2(0)
         self.on_tim5_ch4(False)
         for line in range(16):
             self._signals.route(f"EXTI{line}", f"PA{line}")
@@ -274,6 +310,7 @@ class Afio(Peripheral):
         old = self[0x1C]
         self[0x1C] = value
         self._remap(self._remaps2, old, value)
+        self.on_mapr2(value)
 
     def _remap(self, remaps: Iterable[Remap], old: int, value: int) -> None:
         for remap in remaps:

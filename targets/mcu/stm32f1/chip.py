@@ -1,4 +1,4 @@
-"""The STM32F103, and the STM32F100 up to medium density: where the peripherals are, and how they are connected.
+"""The STM32F103 and the STM32F100: where the peripherals are, and how they are connected.
 
 Addresses: RM0008 table 3. Interrupts: RM0008 table 63. Which peripherals there are: `targets.mcu.stm32f1.densities`.
 """
@@ -9,6 +9,7 @@ import functools
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
+from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar
 
 from targets.mcu.bus import BIT_BAND, Bus
@@ -25,19 +26,26 @@ from targets.mcu.stm32.adc_noise import ADC_STEPS, AdcNoise
 from targets.mcu.stm32.chip import BasicChip
 from targets.mcu.stm32.tim import Timer
 from targets.mcu.stm32.tim.kinds import HIGH_DENSITY_KINDS, KINDS, Kind
-from targets.mcu.stm32.tim.value_line_kinds import VALUE_LINE_KINDS
+from targets.mcu.stm32.tim.value_line_kinds import HIGH_VALUE_LINE_KINDS, VALUE_LINE_KINDS
 from targets.mcu.stm32.unique_id import unique_id
 from targets.mcu.stm32.wwdg import Wwdg
-from targets.mcu.stm32f1.absent import absent_peripherals
+from targets.mcu.stm32f1.absent import Fsmc, absent_peripherals
 from targets.mcu.stm32f1.adc import Adc
-from targets.mcu.stm32f1.afio import FIXED, Afio
+from targets.mcu.stm32f1.afio import FIXED, MISC_REMAP, MOVED_REQUESTS, Afio
 from targets.mcu.stm32f1.bkp import Bkp
 from targets.mcu.stm32f1.clocks import ClockTree
 from targets.mcu.stm32f1.crc import Crc
 from targets.mcu.stm32f1.dac import Dac
 from targets.mcu.stm32f1.dbgmcu import Dbgmcu
-from targets.mcu.stm32f1.densities import HIGH, LOW, LOW_VALUE, MEDIUM, MEDIUM_VALUE, Density, density_of
-from targets.mcu.stm32f1.dma import VALUE_LINE_DMA1, Dma
+from targets.mcu.stm32f1.densities import HIGH, HIGH_VALUE, LOW, LOW_VALUE, MEDIUM, MEDIUM_VALUE, Density, density_of
+from targets.mcu.stm32f1.dma import (
+    CONTROLLERS,
+    HIGH_VALUE_LINE_CONTROLLERS,
+    MOVED,
+    VALUE_LINE_CONTROLLERS,
+    Controller,
+    Dma,
+)
 from targets.mcu.stm32f1.flash import Flash
 from targets.mcu.stm32f1.gpio import PADS, PADS_OF_HIGH_DENSITY, Gpio
 from targets.mcu.stm32f1.i2c import I2c
@@ -46,10 +54,12 @@ from targets.mcu.stm32f1.input_choice import InputChoice
 from targets.mcu.stm32f1.options import OPTIONS_BASE
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
+from targets.mcu.stm32f1.request_choice import RequestChoice
 from targets.mcu.stm32f1.rtc import Rtc
+from targets.mcu.stm32f1.sdio import Sdio
 from targets.mcu.stm32f1.signature import SYSTEM_MEMORY_BASE, diagnose, system_memory
 from targets.mcu.stm32f1.spi import Spi
-from targets.mcu.stm32f1.usart import Uart4, Uart5, Usart, ValueLineUsart
+from targets.mcu.stm32f1.usart import Uart4, Uart5, Usart, ValueLineUart, ValueLineUsart
 from targets.mcu.timebase import Timebase
 from targets.mcu.variant import Variant
 
@@ -68,6 +78,9 @@ TIMERS = {
     "TIM6": 0x4000_1000,
     "TIM7": 0x4000_1400,
     "TIM8": 0x4001_3400,
+    "TIM12": 0x4000_1800,
+    "TIM13": 0x4000_1C00,
+    "TIM14": 0x4000_2000,
     "TIM15": 0x4001_4000,
     "TIM16": 0x4001_4400,
     "TIM17": 0x4001_4800,
@@ -86,7 +99,9 @@ AHB_PERIPHERALS = frozenset({"DMA1", "DMA2", "SDIO", "FSMC", "RCC", "FLASH", "CR
 # Behind the bridges an address without a peripheral reads 0 (a choice: the manual is silent); on AHB it is a bus error.
 BRIDGES = ((0x4000_0000, 0x1_0000), (0x4001_0000, 0x8000))
 RAM_BASE = 0x2000_0000
-_SHARED_IRQS = (24, 25, 26)  # of the value line
+_SHARED_IRQS = (24, 25, 26, 54)  # of the value line
+# Where MISC_REMAP of the value line of high density lets TIM5 in for TIM15 (RM0041 section 7.4.7).
+_TRIGGERED_BY_EITHER = ("TIM1", "TIM3")
 
 
 class Stm32f103(BasicChip):
@@ -95,14 +110,16 @@ class Stm32f103(BasicChip):
     Attributes:
         DENSITY: what devices of its density have.
         TIMER_KINDS: its timers.
-        USART_KIND: its USARTs, but for the UARTs.
+        USART_KINDS: its USARTs, for those of the STM32F103.
+        DMA_KINDS: its DMA controllers.
     """
 
     START_HZ = 8_000_000  # HSI
     CORE = CORTEX_M3
     DENSITY: ClassVar[Density] = MEDIUM
     TIMER_KINDS: ClassVar[Mapping[str, Kind]] = KINDS
-    USART_KIND: ClassVar[type[Usart]] = Usart
+    USART_KINDS: ClassVar[Mapping[type[Usart], type[Usart]]] = {}
+    DMA_KINDS: ClassVar[Mapping[str, Controller]] = CONTROLLERS
     # The last is the private peripheral bus.
     REGISTER_WINDOWS: ClassVar[tuple[tuple[int, int], ...]] = (
         (0x4000_0000, 0x1_8000),
@@ -128,7 +145,7 @@ class Stm32f103(BasicChip):
     ) -> None:
         self._straps = straps
         self.ram = bytearray(board.variant.ram_bytes)
-        pads = PADS_OF_HIGH_DENSITY if self.DENSITY is HIGH else PADS
+        pads = PADS_OF_HIGH_DENSITY if "GPIOG" in self.DENSITY.gates else PADS
         self.pins = Pins(pads, time, notes, bonded=board.variant.pins)
         self.signals = Signals(self.pins)
         self._tree = ClockTree()
@@ -154,6 +171,8 @@ class Stm32f103(BasicChip):
             bus.add(peripheral, ahb=name in AHB_PERIPHERALS)
         for base, size in BRIDGES:
             bus.add_quiet(base, size)
+        if isinstance(fsmc := self.peripherals.get("FSMC"), Fsmc):
+            bus.add_quiet(*Fsmc.MEMORY, fsmc.answers)
         self._tie(self.DENSITY.gates, backup=(self.bkp, self.rtc))
         self.rcc.on_clock_failure = self._clock_failed
         self._pull_pins(board, straps)
@@ -215,9 +234,7 @@ class Stm32f103(BasicChip):
         addresses = {"DMA1": 0x4002_0000, "DMA2": 0x4002_0400}
         value_line = self.DENSITY.value_line
         self._dmas = [
-            Dma(name, base, services, VALUE_LINE_DMA1 if value_line else None)
-            for name, base in addresses.items()
-            if name in there
+            Dma(name, base, services, self.DMA_KINDS[name]) for name, base in addresses.items() if name in there
         ]
         self.exti = exti.Exti("EXTI", 0x4001_0400, services, exti.STM32F1)
         addresses = {f"GPIO{port}": 0x4001_0800 + 0x400 * index for index, port in enumerate("ABCDEFG")}
@@ -230,11 +247,11 @@ class Stm32f103(BasicChip):
             pins,
             self.signals,
             shared_oscillator_pins="PE0" not in board.variant.pins,
-            has_mapr2="FSMC" in there,
+            there=there,
             value_line=value_line,
         )
         usarts = [
-            (self.USART_KIND if kind is Usart else kind)(name, base, services, bus=bus, irq=irq)
+            self.USART_KINDS.get(kind, kind)(name, base, services, bus=bus, irq=irq)
             for name, (kind, base, bus, irq) in USARTS.items()
             if name in there
         ]
@@ -255,7 +272,7 @@ class Stm32f103(BasicChip):
                 services,
                 bus=bus,
                 irq=irq,
-                has_i2s="SPI3" in there and name != "SPI1",
+                has_i2s="SPI3" in there and name != "SPI1" and not value_line,
                 tx_left=partial(self._dma_of(f"{name}_TX").left, f"{name}_TX"),
             )
             for name, (base, bus, irq) in SPIS.items()
@@ -283,10 +300,11 @@ class Stm32f103(BasicChip):
             Crc(0x4002_3000, services),
             *usarts,
             *self._timers,
-            *([Dac(0x4000_7400, services, pins, value_line=value_line)] if "DAC" in there else []),
+            *([Dac(0x4000_7400, self._services_of("DAC"), pins, value_line=value_line)] if "DAC" in there else []),
             *self.adcs.values(),
             *self.spis.values(),
             *self.i2cs.values(),
+            *([Sdio(0x4001_8000, services)] if "SDIO" in there else []),
             *absent_peripherals(services, self.DENSITY),
         )
 
@@ -295,7 +313,7 @@ class Stm32f103(BasicChip):
         services, kinds = self.services, self.TIMER_KINDS
         addresses = {name: base for name, base in TIMERS.items() if name in self.DENSITY.gates}
         if "TIM5" not in addresses:
-            return [Timer(name, base, services, kinds[name]) for name, base in addresses.items()]
+            return [Timer(name, base, self._services_of(name), kinds[name]) for name, base in addresses.items()]
         channel_4 = InputChoice(self.signals.input("TIM5_CH4"), self.signals.input("LSI"))
         self.afio.on_tim5_ch4 = lambda inside: channel_4.choose(inside=inside)
 
@@ -304,8 +322,13 @@ class Stm32f103(BasicChip):
 
         of_tim5 = replace(services, input=tied)
         return [
-            Timer(name, base, of_tim5 if name == "TIM5" else services, kinds[name]) for name, base in addresses.items()
+            Timer(name, base, of_tim5 if name == "TIM5" else self._services_of(name), kinds[name])
+            for name, base in addresses.items()
         ]
+
+    def _services_of(self, _name: str) -> Services:
+        """Return what the chip offers to a timer or to the DAC."""
+        return self.services
 
     def _clock_failed(self) -> None:
         for timer in self._timers:
@@ -366,11 +389,11 @@ class HighDensity(Stm32f103):
     """An STM32F103 of high density; see `targets.mcu.chip.Chip`."""
 
     CORE = replace(CORTEX_M3, irq_count=HIGH.irq_count)
-    # With SDIO, and with the registers of FSMC.
+    # With SDIO, and with the banks and registers of FSMC.
     REGISTER_WINDOWS = (
         (0x4000_0000, 0x1_8400),
         (0x4002_0000, 0x4000),
-        (0xA000_0000, 0x1000),
+        (Fsmc.MEMORY[0], Fsmc.MEMORY[1] + 0x1000),
         (0xE000_0000, 0x10_0000),
     )
     DENSITY = HIGH
@@ -380,13 +403,14 @@ class HighDensity(Stm32f103):
 class MediumValueLine(Stm32f103):
     """An STM32F100 of medium density; see `targets.mcu.chip.Chip`.
 
-    TIM1 shares interrupts with TIM15 to TIM17, and TIM6 with the DAC, which has none here (RM0041 table 50).
+    TIM1 shares interrupts with TIM15 to TIM17, and TIM6 with the DAC (RM0041 table 50).
     """
 
     CORE = replace(CORTEX_M3, irq_count=MEDIUM_VALUE.irq_count)
     DENSITY = MEDIUM_VALUE
     TIMER_KINDS = VALUE_LINE_KINDS
-    USART_KIND = ValueLineUsart
+    USART_KINDS = MappingProxyType({Usart: ValueLineUsart})
+    DMA_KINDS = VALUE_LINE_CONTROLLERS
 
     @functools.cached_property
     def _shared(self) -> IrqLines:
@@ -395,6 +419,25 @@ class MediumValueLine(Stm32f103):
     def _irq(self, number: int) -> IrqLine:
         return self._shared.line(number) if number in _SHARED_IRQS else super()._irq(number)
 
+    def _make_peripherals(self, board: Board) -> None:
+        """Everything else; AFIO_MAPR2 moves requests to DMA."""
+        self._moved: list[tuple[RequestChoice, int]] = []
+        super()._make_peripherals(board)
+        self.afio.on_mapr2 = self._connect
+
+    def _dma_request(self, name: str) -> DmaRequest:
+        moved = name + MOVED
+        dma = self._dma_of(moved)
+        if name not in MOVED_REQUESTS or not dma.serves(moved):
+            return super()._dma_request(name)
+        choice = RequestChoice(super()._dma_request(name), dma.request(moved))
+        self._moved.append((choice, MOVED_REQUESTS[name]))
+        return choice
+
+    def _connect(self, mapr2: int) -> None:
+        for choice, bit in self._moved:
+            choice.choose(moved=bool(mapr2 & bit))
+
 
 class LowValueLine(MediumValueLine):
     """An STM32F100 of low density; see `targets.mcu.chip.Chip`."""
@@ -402,7 +445,44 @@ class LowValueLine(MediumValueLine):
     DENSITY = LOW_VALUE
 
 
-_CHIPS = (LowDensity, Stm32f103, HighDensity, LowValueLine, MediumValueLine)
+class HighValueLine(MediumValueLine):
+    """An STM32F100 of high density; see `targets.mcu.chip.Chip`."""
+
+    CORE = replace(CORTEX_M3, irq_count=HIGH_VALUE.irq_count)
+    REGISTER_WINDOWS = HighDensity.REGISTER_WINDOWS
+    DENSITY = HIGH_VALUE
+    TIMER_KINDS = HIGH_VALUE_LINE_KINDS
+    USART_KINDS = MappingProxyType({Usart: ValueLineUsart, Uart4: ValueLineUart, Uart5: ValueLineUart})
+    DMA_KINDS = HIGH_VALUE_LINE_CONTROLLERS
+
+    def _make_peripherals(self, board: Board) -> None:
+        self._either: list[InputChoice] = []
+        super()._make_peripherals(board)
+
+    def _services_of(self, name: str) -> Services:
+        """Return what the chip offers; TIM15 triggers TIM1, TIM3 and the DAC only if MISC_REMAP is set, else TIM5."""
+        if name not in _TRIGGERED_BY_EITHER and name != "DAC":
+            return self.services
+
+        def tied(signal: str) -> InputSignal:
+            if signal != "TIM15_TRGO":
+                return self.signals.input(signal)
+            choice = InputChoice(self.signals.input("TIM5_TRGO"), self.signals.input(signal))
+            self._either.append(choice)
+            return choice
+
+        return replace(self.services, input=tied)
+
+    def _connect(self, mapr2: int) -> None:
+        super()._connect(mapr2)
+        misc = bool(mapr2 & MISC_REMAP)
+        for choice in self._either:
+            choice.choose(inside=misc)
+        for dma in self._dmas:
+            dma.part(misc)
+
+
+_CHIPS = (LowDensity, Stm32f103, HighDensity, LowValueLine, MediumValueLine, HighValueLine)
 
 
 def chip_of(variant: Variant) -> type[Stm32f103]:

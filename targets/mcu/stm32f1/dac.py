@@ -1,6 +1,6 @@
 """The converters to analog: registers and data formats (RM0008 sections 12.3.3, 12.4 and 12.5).
 
-High-density devices have them, and the value line (RM0041 section 11), whose flags of an underrun are not modelled.
+High-density devices have them, and the value line (RM0041 section 11), which knows when DMA comes too late.
 
 Choices where the manual is silent:
 
@@ -39,10 +39,9 @@ _DATA = {
 DOR1, DOR2 = 0x2C, 0x30
 
 _PINS = ("PA4", "PA5")
-DMAUDRIE = 1 << 29 | 1 << 13
-_STATUS = Register(
-    "SR", 0x34, 0, 0, fidelity=Fidelity.ABSENT, note="DMAUDR never rises: underruns of DMA are not modelled"
-)
+SR = 0x34
+DMAUDR = 1 << 13  # of SR, and DMAUDRIE of CR; those of channel 2 are 16 bits higher
+BOTH_DMAUDR = DMAUDR << 16 | DMAUDR
 _ANALOG = "the output follows DOR and EN at once, and the buffer reaches both rails (choice)"
 
 
@@ -52,7 +51,7 @@ class Dac(Peripheral):
     Args:
         base: address of CR.
         services: what the chip offers. Used: inputs ``TIMx_TRGO`` and ``EXTI9_EDGE``, DMA requests ``DAC_CH1`` and
-            ``DAC_CH2``, the clock of APB1.
+            ``DAC_CH2``, the clock of APB1, and of the value line interrupt 54.
         pins: the pins of the chip, whose supply is VREF+.
         value_line: with the triggers and registers of the value line.
     """
@@ -70,6 +69,10 @@ class Dac(Peripheral):
         super().__init__("DAC", base, services)
         triggers = VALUE_LINE_TRIGGERS if value_line else TRIGGERS
         self._channels = tuple(Channel(number, services, pins[pin], triggers) for number, pin in enumerate(_PINS))
+        self._irq = services.irq(54) if value_line else None
+        if value_line:
+            for channel in self._channels:
+                channel.on_underrun = partial(self._underrun, DMAUDR << 16 * channel.number)
         for offset, (name, form, _) in _DATA.items():
             both = form >= RIGHT_DUAL
             channels = self._channels if both else (self._channels[name.endswith("2")],)
@@ -81,7 +84,7 @@ class Dac(Peripheral):
         if not self._value_line:
             return self.REGISTERS
         control, *others = self.REGISTERS
-        return (replace(control, writable=control.writable | DMAUDRIE, ignored=DMAUDRIE), *others, _STATUS)
+        return (replace(control, writable=control.writable | BOTH_DMAUDR), *others, Register("SR", SR, 0, BOTH_DMAUDR))
 
     # --- what the chip calls
 
@@ -90,6 +93,7 @@ class Dac(Peripheral):
         super().reset()
         for channel in self._channels:
             channel.reset()
+        self._update()
 
     def after_clock_change(self) -> None:
         """Go on at the new rate of APB1."""
@@ -111,6 +115,12 @@ class Dac(Peripheral):
         self[CR] = value
         for channel in self._channels:
             channel.set_up(value >> 16 * channel.number & CHANNEL_BITS)
+        self._update()
+
+    def write_SR(self, value: int) -> None:
+        """A flag of an underrun is cleared by a one."""
+        self[SR] &= ~value
+        self._update()
 
     def read_SWTRIGR(self) -> int:
         """Write-only."""
@@ -129,6 +139,14 @@ class Dac(Peripheral):
     def read_DOR2(self) -> int:
         """What channel 2 puts out."""
         return self._channels[1].put_out
+
+    def _underrun(self, flag: int) -> None:
+        self[SR] |= flag
+        self._update()
+
+    def _update(self) -> None:
+        if self._irq is not None:
+            self._irq.set(bool(self[SR] & self[CR] & BOTH_DMAUDR))
 
     def _read_data(self, channels: Iterable[Channel], form: int) -> int:
         held = [channel.held for channel in channels]

@@ -58,12 +58,15 @@ class Channel:
         number: 0 or 1.
         held: DHR, 12 bits.
         put_out: DOR.
+        on_underrun: called at a trigger that comes before the request of the last one was served, which ends requests
+            until DMAEN is set anew; None for a converter that does not know.
     """
 
     def __init__(self, number: int, services: Services, pin: Pin, triggers: Mapping[int, str]) -> None:
         self.number = number
         self.held = 0
         self.put_out = 0
+        self.on_underrun: Callable[[], None] | None = None
         self._time = services.time
         self._pin = pin
         self._request: DmaRequest = services.dma(f"DAC_CH{number + 1}")
@@ -80,7 +83,7 @@ class Channel:
         self.held = self.put_out = self._control = self._step = 0
         self._noise = _SEED
         self._drop_load()
-        self._request.set(False)
+        self._end_requests()
         self._listen()
         self._drive()
 
@@ -90,7 +93,7 @@ class Channel:
         if not control & WAVE:
             self._noise, self._step = _SEED, 0
         if changed & DMAEN and not control & DMAEN:
-            self._request.set(False)
+            self._end_requests()
         self._listen()
         if changed & TEN and not control & TEN:
             self._drop_load()
@@ -108,6 +111,7 @@ class Channel:
     def hold(self, word: int) -> None:
         """Take a word into DHR; without a trigger it goes on to DOR by itself."""
         self.held = word
+        self._asked = False  # a word by whomever serves a request (choice)
         if not self._control & TEN:
             self._load_held()
 
@@ -127,7 +131,20 @@ class Channel:
         if level and self._clock:
             self._triggered(_CYCLES_BY_TRIGGER)
             if self._control & DMAEN:
-                self._request.pulse()
+                self._ask()
+
+    def _ask(self) -> None:
+        if self._asked and self.on_underrun is not None:
+            self._request.set(False)
+            self._underrun = True
+            self.on_underrun()
+        elif not self._underrun:
+            self._asked = True
+            self._request.pulse()
+
+    def _end_requests(self) -> None:
+        self._request.set(False)
+        self._asked = self._underrun = False
 
     def _triggered(self, cycles: int) -> None:
         if self._load is None or not self._by_trigger:

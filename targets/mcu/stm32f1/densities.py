@@ -1,6 +1,7 @@
 """What low-, medium- and high-density devices of the STM32F103 have (RM0008 section 2.2: by the size of their flash).
 
-Besides those of the value line, the STM32F100, up to medium density: RM0041 sections 2.2, 6.3 and 25.6.1, DS5944.
+Besides those of the value line, the STM32F100: RM0041 sections 2.2, 6.3 and 25.6.1, DS5944; of high density, its
+freeze bits and the number of its backup registers are from memory.
 
 Clock gates, and so which peripherals there are: RM0008 sections 7.3.6 to 7.3.8, datasheets DS6087 (x4, x6), DS5319
 (x8, xB) and DS5792 (xC, xD, xE). Interrupts: RM0008 table 63. Pages of the flash: PM0075 section 1.2. Backup registers:
@@ -10,10 +11,10 @@ RM0008 section 6.4. DEV_ID: RM0008 section 31.6.1, with the latest REV_ID that s
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-__all__ = ["HIGH", "LOW", "LOW_VALUE", "MEDIUM", "MEDIUM_VALUE", "Density", "Limits", "density_of"]
+__all__ = ["HIGH", "HIGH_VALUE", "LOW", "LOW_VALUE", "MEDIUM", "MEDIUM_VALUE", "Density", "Limits", "density_of"]
 
 KB = 1024
 
@@ -147,10 +148,26 @@ def _value_line(more: Mapping[str, tuple[str, int]]) -> Density:
 
 LOW_VALUE = _value_line({})
 MEDIUM_VALUE = _value_line(_FROM_MEDIUM)
+_LACKS_OF_HIGH_VALUE = ("SDIO", "TIM8", "ADC3")
+_OF_HIGH_VALUE = {"TIM12": ("APB1", 6), "TIM13": ("APB1", 7), "TIM14": ("APB1", 8)}
+HIGH_VALUE = replace(
+    _value_line(
+        {
+            **_FROM_MEDIUM,
+            **{name: gate for name, gate in _FROM_HIGH.items() if name not in _LACKS_OF_HIGH_VALUE},
+            **_OF_HIGH_VALUE,
+        }
+    ),
+    irq_count=61,
+    page_bytes=2 * KB,
+    backup_registers=42,
+    idcode=0x1000_6428,
+    freezes=0x0FDD_BF00,
+)
 
 
 def density_of(flash_bytes: int, *, value_line: bool = False) -> Density:
     """Return the density of a device by the size of its flash."""
     if value_line:
-        return LOW_VALUE if flash_bytes <= 32 * KB else MEDIUM_VALUE
+        return LOW_VALUE if flash_bytes <= 32 * KB else MEDIUM_VALUE if flash_bytes <= 128 * KB else HIGH_VALUE
     return LOW if flash_bytes <= 32 * KB else MEDIUM if flash_bytes <= 128 * KB else HIGH

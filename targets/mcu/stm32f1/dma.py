@@ -1,6 +1,7 @@
 """DMA1 and DMA2 (RM0008 section 13), which are in C: ``dma_f1.c``. Here are registers, and who asks for transfers.
 
-DMA2 of high-density devices has five channels; the last two share an interrupt (RM0008 table 63).
+DMA2 of high-density devices has five channels; the last two share an interrupt (RM0008 table 63), of the value line
+unless AFIO parts them.
 """
 
 from __future__ import annotations
@@ -20,7 +21,16 @@ from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
 from targets.mcu.services import RequestInC, Services, drive_in_c
 
-__all__ = ["CONTROLLERS", "TRANSFER_CYCLES", "VALUE_LINE_DMA1", "Controller", "Dma", "Request"]
+__all__ = [
+    "CONTROLLERS",
+    "HIGH_VALUE_LINE_CONTROLLERS",
+    "MOVED",
+    "TRANSFER_CYCLES",
+    "VALUE_LINE_CONTROLLERS",
+    "Controller",
+    "Dma",
+    "Request",
+]
 
 TRANSFER_CYCLES = 5
 
@@ -31,10 +41,12 @@ class Controller:
 
     Attributes:
         irqs: the interrupts of the channels; those for which there is none have the last one.
+        parted: how many interrupts there are when AFIO parts those that share one.
         requests: which requests are connected at which channel.
     """
 
     irqs: tuple[int, ...]
+    parted: int = 0
     requests: Mapping[int, tuple[str, ...]]
 
 
@@ -72,17 +84,45 @@ CONTROLLERS: Mapping[str, Controller] = MappingProxyType(
 )
 """The controllers by name."""
 
-VALUE_LINE_DMA1 = replace(
-    CONTROLLERS["DMA1"],
-    requests=MappingProxyType(
-        {
-            **CONTROLLERS["DMA1"].requests,
-            3: (*CONTROLLERS["DMA1"].requests[3], "TIM6_UP", "DAC_CH1"),
-            4: (*CONTROLLERS["DMA1"].requests[4], "TIM7_UP", "DAC_CH2"),
-        }
-    ),
+MOVED = "_MOVED"
+"""Behind the name of a request: where it goes when AFIO moves it."""
+
+
+def _value_line(moved: str) -> Controller:
+    """Return DMA1 of the value line (RM0041 section 9.3.7); `moved`: behind what those of the DAC are called there."""
+    usual = CONTROLLERS["DMA1"]
+    more = {
+        3: (f"TIM6_UP{moved}", f"DAC_CH1{moved}"),
+        4: (f"TIM7_UP{moved}", f"DAC_CH2{moved}"),
+        5: ("TIM15_CH1", "TIM15_UP", "TIM15_TRIG", "TIM15_COM"),
+        6: ("TIM16_CH1", "TIM16_UP", f"TIM1_CH1{MOVED}", f"TIM1_CH2{MOVED}"),
+        7: ("TIM17_CH1", "TIM17_UP"),
+    }
+    requests = {number: (*names, *more.get(number, ())) for number, names in usual.requests.items()}
+    return replace(usual, requests=MappingProxyType(requests))
+
+
+VALUE_LINE_CONTROLLERS: Mapping[str, Controller] = MappingProxyType({"DMA1": _value_line("")})
+"""Of the value line up to medium density, which has one."""
+HIGH_VALUE_LINE_CONTROLLERS: Mapping[str, Controller] = MappingProxyType(
+    {
+        "DMA1": _value_line(MOVED),
+        "DMA2": Controller(
+            irqs=(56, 57, 58, 59),
+            parted=5,
+            requests=MappingProxyType(
+                {
+                    1: ("SPI3_RX", "TIM5_CH4", "TIM5_TRIG", "UART5_TX"),
+                    2: ("SPI3_TX", "TIM5_CH3", "TIM5_UP"),
+                    3: ("UART4_RX", "TIM6_UP", "DAC_CH1"),
+                    4: ("TIM5_CH2", "TIM7_UP", "DAC_CH2", "UART5_RX"),
+                    5: ("UART4_TX", "TIM5_CH1"),
+                }
+            ),
+        ),
+    }
 )
-"""DMA1 of the value line up to medium density, which has no other (RM0041 section 9.3.7)."""
+"""Of the value line of high density (RM0041 section 9.3.7)."""
 
 ISR, IFCR = 0x00, 0x04
 _CCR, _CNDTR, _CPAR, _CMAR = range(0x08, 0x18, 4)
@@ -160,6 +200,7 @@ class _Controller(BlockInC):
         block = library.hil_dma_new(services.time.queue, self._asked, channels, irqs[0], len(irqs))
         super().__init__(services.time, block, library.hil_dma_free, base=base, registers=registers)
         self.reset: Callable[[], None] = functools.partial(library.hil_dma_reset, self.block)
+        self.share: Callable[[int], None] = functools.partial(library.hil_dma_share, self.block)
         self.join: Callable[[ctypes.c_void_p], None] = functools.partial(library.hil_dma_join, self.block)
 
     def _ask(self, question: int, address: int, size: int, value: int) -> int:
@@ -189,7 +230,8 @@ class Dma(PeripheralInC):
         super().__init__(name, base, services)
         self._values = self.in_c.values
         self._bus = services.bus
-        self._irqs = [services.irq(number) for number in kind.irqs]
+        first, most = kind.irqs[0], max(kind.parted, len(kind.irqs))
+        self._irqs = [services.irq(number) for number in range(first, first + most)]
         core = drive_in_c(self._irqs)
         if core is not None:
             self._controller.join(core)
@@ -223,6 +265,11 @@ class Dma(PeripheralInC):
         """Return how many transfers the channel of a request has still to make."""
         channel = next(number for number, names in self.kind.requests.items() if name in names)
         return self[_CHANNEL_SIZE * (channel - 1) + _CNDTR]
+
+    def part(self, apart: bool) -> None:
+        """Give those channels that share an interrupt one each, or let them share it."""
+        if self.kind.parted:
+            self._controller.share(self.kind.parted if apart else len(self.kind.irqs))
 
     def reset(self) -> None:
         """Go to the state after reset."""
@@ -261,6 +308,7 @@ def _library() -> Any:
     library.hil_dma_new.argtypes, library.hil_dma_new.restype = (pointer, _ASK, word, word, word), pointer
     library.hil_dma_requests.argtypes, library.hil_dma_requests.restype = (pointer,), pointer
     library.hil_dma_free.argtypes, library.hil_dma_free.restype = (pointer,), None
+    library.hil_dma_share.argtypes, library.hil_dma_share.restype = (pointer, word), None
     library.hil_dma_reset.argtypes, library.hil_dma_reset.restype = (pointer,), None
     library.hil_dma_join.argtypes, library.hil_dma_join.restype = (pointer, pointer), None
     library.hil_dma_request.argtypes, library.hil_dma_request.restype = (pointer, word, ctypes.c_bool), None

@@ -284,6 +284,11 @@ class I2c(Slave):
             return
         if not all(pin.open_drain() for pin in self._pins):
             self.note("misuse", "SDA", "SCL and SDA are not both open-drain: no slave can pull them low")
+        if low := self.held_low():
+            text = (
+                f"{low} is held low at its pin, which the interface does not see; {self.name.lower()}=stuck does that"
+            )
+            self.note("unmodelled", "SR2.BUSY", text)
         self._wire.start()
 
     # --- another master

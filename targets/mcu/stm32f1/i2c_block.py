@@ -66,6 +66,7 @@ class Block(Peripheral, abc.ABC):
 
     Attributes:
         bus: where it is the master, or a slave.
+        held_low: returns which of its lines something outside of the bus holds low, or nothing.
     """
 
     REGISTERS: ClassVar[tuple[Register, ...]] = REGISTERS
@@ -82,6 +83,7 @@ class Block(Peripheral, abc.ABC):
     ) -> None:
         super().__init__(name, base, services)
         self.bus = I2cBus()
+        self.held_low: Callable[[], str] = lambda: ""
         self._pins = (services.output(f"{name}_SCL"), services.output(f"{name}_SDA"))
         self._irq_event, self._irq_error = services.irq(irq), services.irq(irq + 1)
         self._tx_request, self._rx_request = services.dma(f"{name}_TX"), services.dma(f"{name}_RX")

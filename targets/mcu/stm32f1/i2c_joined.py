@@ -5,7 +5,7 @@ Choice: two pins are on the same wire if a net of the bench joins them directly.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from functools import partial
 
 from targets.mcu.i2c_bus import I2cBus
@@ -17,8 +17,8 @@ __all__ = ["join"]
 _FAR = "and SDA lead to another chip, whose interfaces are not reached: only those of the same chip are"
 
 
-def join(i2cs: Iterable[I2c], signals: Signals) -> None:
-    """Tell the bus of each interface how to find those that it is joined with."""
+def join(i2cs: Collection[I2c], signals: Signals) -> None:
+    """Tell the bus of each interface how to find those that it is joined with, and each what stands at its pins."""
     wires = {i2c.name: tuple(signals.output(f"{i2c.name}_{wire}") for wire in ("SCL", "SDA")) for i2c in i2cs}
     buses = {i2c.name: i2c.bus for i2c in i2cs}
 
@@ -31,8 +31,14 @@ def join(i2cs: Iterable[I2c], signals: Signals) -> None:
         others = (other for other in buses if other != name)
         return tuple(buses[other] for other in others if all(map(_meet, wires[name], wires[other])))
 
-    for name, bus in buses.items():
-        bus.joined = partial(joined_with, name)
+    for i2c in i2cs:
+        i2c.bus.joined = partial(joined_with, i2c.name)
+        i2c.held_low = partial(_held_low, wires[i2c.name])
+
+
+def _held_low(signals: Iterable[PinOutput]) -> str:
+    low = (signal.name for signal in signals for pin in signal.pins if pin.alternate and pin.level is False)
+    return " and ".join(low)
 
 
 def _wired(signal: PinOutput) -> bool:

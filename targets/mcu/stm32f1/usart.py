@@ -24,7 +24,7 @@ from targets.mcu.stm32.usart_base import UsartBase, listen
 from targets.mcu.stm32.usart_clock import CLKEN, CPHA, CPOL, LBCL, ClockPin
 from targets.mcu.stm32.usart_line import Kind
 
-__all__ = ["Uart4", "Uart5", "Usart", "ValueLineUsart"]
+__all__ = ["Uart4", "Uart5", "Usart", "ValueLineUart", "ValueLineUsart"]
 
 SR, DR, BRR, CR1, CR2, CR3, GTPR = range(0, 0x1C, 4)
 
@@ -34,6 +34,8 @@ SBK, RE, TE, M, UE = 1 << 0, 1 << 2, 1 << 3, 1 << 12, 1 << 13
 
 IREN, HDSEL, SCEN, RTSE = 1 << 1, 1 << 3, 1 << 5, 1 << 8
 LINEN = 1 << 14  # of CR2
+OVER8, ONEBIT = 1 << 15, 1 << 11  # of the value line: of CR1, of CR3
+_LEAST_BRR = 16
 
 _PINS = {
     "USART1": ("PA9 (or PB6)", "PA10 (or PB7)"),
@@ -127,7 +129,7 @@ class Usart(UsartBase):
         """Start and stop transmitter and receiver, and listen to the pins that matter."""
         cr1, cr3 = self[CR1], self[CR3]
         wanted = cr1 & (TE | RE) if cr1 & UE else 0
-        if wanted and self[BRR] < 16:
+        if wanted and not self._divider():
             what = f"0x{self[BRR]:X} is no baud rate (16 is the least): {self.name} does nothing"
             self.note("misuse", "BRR", what)
             wanted = 0
@@ -157,9 +159,12 @@ class Usart(UsartBase):
         if not self._kept.frame_is_break:
             self._ck.begin(self._rx.word_bits, receives=self._samples)
 
+    def _divider(self) -> int:
+        """Return ticks of the bus in a bit; 0 if BRR is no rate."""
+        return self[BRR] if self[BRR] >= _LEAST_BRR else 0
+
     def _bit_cycles(self) -> int:
-        divider = self[BRR]
-        return divider * self.services.clocks.pclk(self._bus) if divider >= 16 else 0
+        return self._divider() * self.services.clocks.pclk(self._bus)
 
     def _heard_at(self) -> InputSignal:
         return self._line_single if self._half_duplex() else self._line_rx
@@ -190,24 +195,43 @@ def _without(cr3: int) -> tuple[Register, ...]:
     )
 
 
-def _with_unmodelled(register: Register) -> Register:
-    more = {"CR1": 1 << 15, "CR3": 1 << 11}.get(register.name, 0)
-    if not more:
-        return register
-    note = "OVER8 and ONEBIT of the value line are not modelled: a bit is sampled 16 times" + "; " * bool(register.note)
-    return replace(
-        register,
-        writable=register.writable | more,
-        ignored=register.ignored | more,
-        fidelity=Fidelity.PARTLY,
-        note=note + register.note,
-    )
+def _of_value_line(register: Register) -> Register:
+    more = {"CR1": OVER8, "CR3": ONEBIT}.get(register.name, 0)
+    return replace(register, writable=register.writable | more)
 
 
 class ValueLineUsart(Usart):
-    """A USART of the STM32F100 (RM0041 section 23.6), which may sample a bit 8 times or once."""
+    """A USART of the STM32F100 (RM0041 section 23), which may sample a bit 8 times, or once."""
 
-    REGISTERS = tuple(_with_unmodelled(register) for register in Usart.REGISTERS)
+    REGISTERS = tuple(_of_value_line(register) for register in Usart.REGISTERS)
+
+    def write_BRR(self, value: int) -> None:
+        """As of every USART; with OVER8 the lowest four bits are three."""
+        super().write_BRR(value)
+        self._check_fraction()
+
+    def write_CR1(self, value: int) -> None:
+        """As of every USART, and choose how often a bit is sampled, on which its length depends."""
+        if not (value ^ self[CR1]) & OVER8:
+            super().write_CR1(value)
+            return
+        self.before_clock_change()
+        super().write_CR1(value)
+        self.after_clock_change()
+        self._check_fraction()
+
+    def _check_fraction(self) -> None:
+        if self[CR1] & OVER8 and self[BRR] & 0x8:
+            self.note("misuse", "BRR", "bit 3 must be kept clear with OVER8; it is not looked at")
+
+    def _configure(self) -> None:
+        self._rx.oversampling = 8 if self[CR1] & OVER8 else 16
+        self._rx.one_sample = bool(self[CR3] & ONEBIT)
+        super()._configure()
+
+    def _divider(self) -> int:
+        brr = super()._divider()
+        return (brr >> 4) * 8 + (brr & 7) if self[CR1] & OVER8 else brr
 
 
 class Uart4(Usart):
@@ -220,3 +244,9 @@ class Uart5(Usart):
     """UART5, which asks for no DMA besides."""
 
     REGISTERS = _without(0x000F)
+
+
+class ValueLineUart(ValueLineUsart):
+    """UART4 and UART5 of the STM32F100, which both ask for DMA."""
+
+    REGISTERS = tuple(_of_value_line(register) for register in Uart4.REGISTERS)

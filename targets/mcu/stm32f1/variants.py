@@ -1,7 +1,6 @@
 """The STM32F103 and STM32F100 by part number: memory, and what the package brings out.
 
-Of the STM32F100 (DS5944) those up to medium density; the larger ones have TIM12 to TIM14 and other requests to DMA.
-DS6087 (x4, x6), DS5319 (x8, xB) and DS5792 (xC, xD, xE): device features, pin definitions.
+DS5944 (STM32F100), DS6087 (x4, x6), DS5319 (x8, xB) and DS5792 (xC, xD, xE): device features, pin definitions.
 """
 
 from __future__ import annotations
@@ -25,6 +24,15 @@ ChipName = Literal[
     "STM32F100RB",
     "STM32F100V8",
     "STM32F100VB",
+    "STM32F100RC",
+    "STM32F100RD",
+    "STM32F100RE",
+    "STM32F100VC",
+    "STM32F100VD",
+    "STM32F100VE",
+    "STM32F100ZC",
+    "STM32F100ZD",
+    "STM32F100ZE",
     "STM32F103T4",
     "STM32F103T6",
     "STM32F103T8",
@@ -66,7 +74,15 @@ _PACKAGES = {
     "Z": _pins(A=_ALL, B=_ALL, C=_ALL, D=_ALL, E=_ALL, F=_ALL, G=_ALL),  # LQFP144: 112
 }
 _SIZES_KB = {"4": (16, 6), "6": (32, 10), "8": (64, 20), "B": (128, 20), "C": (256, 48), "D": (384, 64), "E": (512, 64)}
-_VALUE_LINE_KB = {"4": (16, 4), "6": (32, 4), "8": (64, 8), "B": (128, 8)}
+_VALUE_LINE_KB = {
+    "4": (16, 4),
+    "6": (32, 4),
+    "8": (64, 8),
+    "B": (128, 8),
+    "C": (256, 24),
+    "D": (384, 32),
+    "E": (512, 32),
+}
 
 
 def _variant(name: ChipName) -> Variant:

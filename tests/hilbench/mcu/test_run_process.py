@@ -59,6 +59,17 @@ def test_a_program_that_runs_on_is_seen_in_its_functions(capfd):
     assert "  bluepill: runs in main (3 of 3 looks at its program counter), at the end\n" in capfd.readouterr().err
 
 
+def test_a_delay_loop_takes_longer_by_the_table(capfd):
+    """Half a period of ``style-registers`` is 400 000 turns of a loop."""
+    falls_s = []
+    for options in ([], ["--timing", "table"]):
+        assert main(["run", f"bluepill:{IMAGES / 'style-registers.elf'}", "--for", "600ms", "--follow", *options]) == 0
+        led = re.findall(r"([0-9.]+) +bluepill.PC13", capfd.readouterr().out)
+        falls_s.append(float(led[-1]))
+    flat_s, table_s = falls_s
+    assert 1.2 < table_s / flat_s < 1.6
+
+
 def test_a_wait_for_a_register_of_the_core_is_told_by_its_name(capfd):
     assert main(["run", f"bluepill:{IMAGES / 'style-swj.elf'}", "--for", "3ms"]) == 0
     assert "waits in main (swj.c:50), polling STK_CTRL, at the end" in capfd.readouterr().err
@@ -68,6 +79,11 @@ def test_a_wait_for_a_register_of_the_core_is_told_by_its_name(capfd):
     ("words", "code", "said"),
     [
         (["run", "bluepill:none.elf"], 3, "none.elf: no such firmware file; build it, or check the path"),
+        (
+            ["run", "stm32f103re:none.elf"],
+            2,
+            "stm32f103re:none.elf: 'stm32f103re' is a chip; a chip goes onto a board: bluepill:none.elf",
+        ),
         (["run", "bluepil:none.elf"], 2, "bluepil:none.elf: no board 'bluepil'; did you mean 'bluepill'?"),
         (["run", "bluepill:"], 2, "bluepill:: names no image; write bluepill:IMAGE (ELF, Intel HEX or raw binary)"),
         (["run", "none.toml:x.elf"], 2, "none.toml: no such board file"),
@@ -80,6 +96,11 @@ def test_a_wait_for_a_register_of_the_core_is_told_by_its_name(capfd):
             ["run", "pioneer", "--chip", "STM32F103CB"],
             2,
             "--chip: is for one board with an image; in a bench file:",
+        ),
+        (
+            ["run", "pioneer", "--timing", "table"],
+            2,
+            "--timing: is for one board with an image; in a bench file:",
         ),
         (["serve", HAL, "--chip", "STM32F103T8"], 2, "--chip: does not fit the board: leds name 'PC13', which"),
         (["init", "--protocol", "p2os", "--chip", "STM32F103CB"], 2, "--chip: is for an emulated board"),

@@ -224,3 +224,19 @@ def test_a_year_in_standby_is_exact_to_the_second(start):
     assert run.resets == ["POR"]
     run.to(70_000 + year_ms + 1000)
     assert run.sent["USART1"].decode().splitlines()[-1] == "woken    2025-03-01 00:00:57"
+
+
+@pytest.mark.exhaustive("the same for Stop; the gate has Standby, and the RTC alone for a year")
+def test_a_year_in_stop_is_exact_to_the_second(start):
+    """From 28 February 2024 to 28 February 2025 it is 366 days, too."""
+    run = start("style-clock").to(10_000)
+    rtc = run.machine.chip.rtc
+    assert run.machine.asleep[0] == "Stop"
+    rtc._alarm = rtc.count_now + 366 * 86_400 - 1
+    rtc._plan()
+    begun_s = rtc.count_now
+    run.to(10_000 + 366 * 86_400 * 1000 - 1000)
+    assert len(run.sent["USART1"].splitlines()) == 1
+    run.to(10_000 + 366 * 86_400 * 1000 + 1000)
+    assert rtc.count_now - begun_s in (366 * 86_400, 366 * 86_400 + 1)
+    assert run.sent["USART1"].decode().splitlines()[1] == "stopped  2025-02-28 23:59:57"

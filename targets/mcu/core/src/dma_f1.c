@@ -69,8 +69,7 @@ static uint32_t flags(const struct hil_dma *dma, uint32_t n) { return dma->block
 /* The interrupt of a channel, counted from the first. */
 static uint32_t irq_of(const struct hil_dma *dma, uint32_t n) { return n < dma->irqs ? n : dma->irqs - 1; }
 
-static void drive_irq(struct hil_dma *dma, uint32_t n) {
-  uint32_t irq = irq_of(dma, n);
+static void set_irq(struct hil_dma *dma, uint32_t irq) {
   bool level = false;
   for (uint32_t other = irq; other < dma->count && irq_of(dma, other) == irq; other++)
     level |= (flags(dma, other) & registers(dma, other)[CCR]) != 0;
@@ -82,6 +81,8 @@ static void drive_irq(struct hil_dma *dma, uint32_t n) {
   else
     dma->ask(DMA_DRIVES, irq, 0, level);
 }
+
+static void drive_irq(struct hil_dma *dma, uint32_t n) { set_irq(dma, irq_of(dma, n)); }
 
 static void flag(struct hil_dma *dma, uint32_t n, uint32_t set) {
   dma->block.registers.values[ISR] |= set << 4 * n;
@@ -351,6 +352,14 @@ HIL_EXPORT void hil_dma_join(struct hil_dma *dma, struct hil_cpu *cpu) { dma->cp
 HIL_EXPORT void hil_dma_free(struct hil_dma *dma) { free(dma); }
 
 static const struct hil_saved SAVED = {.size = sizeof(struct hil_dma)};
+
+/* Give the first `irqs` channels an interrupt each from now on. */
+HIL_EXPORT void hil_dma_share(struct hil_dma *dma, uint32_t irqs) {
+  uint32_t most = irqs > dma->irqs ? irqs : dma->irqs;
+  dma->irqs = irqs;
+  for (uint32_t irq = 0; irq < most; irq++)
+    set_irq(dma, irq);
+}
 
 /* Make a controller of `count` channels. The first `irqs` have an interrupt each, from `first_irq` on, and the others
  * share the last of these. Returns NULL if there is no memory left. */

@@ -309,7 +309,7 @@ class TimerCore(Peripheral, abc.ABC):
         self._changed_trgo()
 
     def _changed_trgo(self) -> None:
-        if self._master_mode() in (MMS_ENABLE, 4, 5, 6, 7):
+        if self._trgo_is_live:
             self._queue.append((self._trgo.set, (self._trgo_level(),)))
 
     def _set_main_enable(self) -> None:

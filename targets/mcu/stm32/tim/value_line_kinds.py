@@ -1,7 +1,9 @@
-"""The timers of the STM32F100 of low and medium density: registers, interrupts and masters (RM0041).
+"""The timers of the STM32F100: registers, interrupts and masters (RM0041).
 
 TIM15 to TIM17 have a complementary output and a break, and share interrupts with TIM1. Internal triggers are partly
-from memory: TIM15 stands where larger chips have TIM8, and behind ITR0 of TIM1 and ITR2 of TIM3.
+from memory: TIM15 stands where the STM32F103 has TIM8, and behind ITR0 of TIM1 and ITR2 of TIM3, where those of high
+density have TIM5 unless MISC_REMAP is set. TIM12 to TIM14 are of high density: registers as of TIM12 to TIM14 of the
+STM32F103xG (RM0008 section 16), from memory.
 """
 
 from __future__ import annotations
@@ -10,7 +12,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from targets.mcu.fidelity import Fidelity
 from targets.mcu.registers import Register
 from targets.mcu.stm32.tim.kinds import HIGH_DENSITY_KINDS, KINDS, Kind
 from targets.mcu.stm32.tim.registers import (
@@ -33,14 +34,7 @@ from targets.mcu.stm32.tim.registers import (
     SR,
 )
 
-__all__ = ["VALUE_LINE_KINDS"]
-
-_NO_DMA = "requests to DMA of TIM15 to TIM17 are not modelled"
-
-
-def _enables(writable: int, requests: int) -> Register:
-    return Register("DIER", DIER, 0, writable, requests, fidelity=Fidelity.PARTLY, note=_NO_DMA)
-
+__all__ = ["HIGH_VALUE_LINE_KINDS", "VALUE_LINE_KINDS"]
 
 _COMMON = (
     Register("CR1", CR1, writable=0x038F),
@@ -57,7 +51,7 @@ _TIM15 = (
     *_COMMON,
     Register("CR2", CR2, writable=0x077D),
     Register("SMCR", SMCR, writable=0x00F7),
-    _enables(0x47E7, 0x4700),
+    Register("DIER", DIER, writable=0x47E7),
     Register("SR", SR, writable=0x06E7),
     Register("EGR", EGR, writable=0x00E7),
     Register("CCMR1", CCMR1, writable=0xFFFF),
@@ -67,7 +61,7 @@ _TIM15 = (
 _TIM16 = (
     *_COMMON,
     Register("CR2", CR2, writable=0x030D),
-    _enables(0x43E3, 0x4300),
+    Register("DIER", DIER, writable=0x43E3),
     Register("SR", SR, writable=0x02E3),
     Register("EGR", EGR, writable=0x00E3),
     Register("CCMR1", CCMR1, writable=0x00FF),
@@ -84,7 +78,6 @@ def _one_channel(irq: int) -> Kind:
         channels=1,
         compares=1,
         complements=1,
-        requests=False,
         master_modes=0,
         master_mode=4,
         both_edges=True,
@@ -108,7 +101,6 @@ VALUE_LINE_KINDS: Mapping[str, Kind] = MappingProxyType(
             channels=2,
             compares=2,
             complements=1,
-            requests=False,
             master_modes=6,
             both_edges=True,
         ),
@@ -117,3 +109,67 @@ VALUE_LINE_KINDS: Mapping[str, Kind] = MappingProxyType(
     }
 )
 """Every timer of the STM32F100 of low and medium density by its name."""
+
+_SMALL = (
+    Register("CNT", CNT, writable=0xFFFF, live=True),
+    Register("PSC", PSC, writable=0xFFFF),
+    Register("ARR", ARR, reset=0xFFFF, writable=0xFFFF),
+    Register("CCR1", CCR1, writable=0xFFFF),
+)
+_TIM12 = (
+    *_SMALL,
+    Register("CR1", CR1, writable=0x038F),
+    Register("CR2", CR2, writable=0x0070),
+    Register("SMCR", SMCR, writable=0x00F7),
+    Register("DIER", DIER, writable=0x0047),
+    Register("SR", SR, writable=0x0647),
+    Register("EGR", EGR, writable=0x0047),
+    Register("CCMR1", CCMR1, writable=0xFFFF),
+    Register("CCER", CCER, writable=0x00BB),
+    Register("CCR2", CCR2, writable=0xFFFF),
+)
+_TIM13 = (
+    *_SMALL,
+    Register("CR1", CR1, writable=0x0387),
+    Register("DIER", DIER, writable=0x0003),
+    Register("SR", SR, writable=0x0203),
+    Register("EGR", EGR, writable=0x0003),
+    Register("CCMR1", CCMR1, writable=0x00FF),
+    Register("CCER", CCER, writable=0x000B),
+)
+
+
+def _small(irq: int) -> Kind:
+    return Kind(
+        bus="APB1",
+        irqs=MappingProxyType({0x03: irq}),
+        registers=_TIM13,
+        channels=1,
+        compares=1,
+        requests=False,
+        master_modes=0,
+        master_mode=4,
+        both_edges=True,
+    )
+
+
+HIGH_VALUE_LINE_KINDS: Mapping[str, Kind] = MappingProxyType(
+    {
+        **VALUE_LINE_KINDS,
+        "TIM5": replace(HIGH_DENSITY_KINDS["TIM5"], internal_triggers=("TIM2", "TIM3", "TIM4", "TIM15")),
+        "TIM12": Kind(
+            bus="APB1",
+            irqs=MappingProxyType({0x47: 43}),
+            registers=_TIM12,
+            internal_triggers=("TIM4", "TIM5", "TIM13", "TIM14"),
+            channels=2,
+            compares=2,
+            requests=False,
+            master_modes=6,
+            both_edges=True,
+        ),
+        "TIM13": _small(44),
+        "TIM14": _small(45),
+    }
+)
+"""The same of high density."""

@@ -33,10 +33,9 @@ MODELLED_OF_HIGH = {
     "DMA2": 0x4002_0400,
 }
 ABSENT_OF_HIGH = {
-    "SDIO": 0x4001_8000,
     "FSMC": 0xA000_0000,
 }
-FROM_HIGH = {"GPIOF", "GPIOG", *MODELLED_OF_HIGH, *ABSENT_OF_HIGH}
+FROM_HIGH = {"GPIOF", "GPIOG", "SDIO", *MODELLED_OF_HIGH, *ABSENT_OF_HIGH}
 
 IMAGE = load_image(image_path("selftest-crc"), limits_for("STM32F103C8"))
 
@@ -117,6 +116,37 @@ def test_a_program_reaches_them_all_as_registers(high):
     windows = high.chip.REGISTER_WINDOWS
     for part in high.chip.peripherals.values():
         assert any(base <= part.base and part.base + part.size <= base + size for base, size in windows), part.name
+
+
+@each(
+    ("register", "value", "address", "answers"),
+    [
+        ("BCR1", 0x30DB, 0x6000_0000, True),  # after a reset it is on
+        ("BCR2", 0x30D2, 0x6400_0000, False),
+        ("BCR4", 0x1011, 0x6C00_0800, True),  # SRAM, as displays are connected
+        ("BCR4", 0x1010, 0x6C00_0800, False),
+        ("BCR3", 0x1019, 0x6800_0000, False),  # NOR flash without FACCEN
+        ("BCR3", 0x1059, 0x6BFF_FFFE, True),
+        ("PCR2", 0x000C, 0x7000_0000, True),
+        ("PCR3", 0x0008, 0x8801_0000, False),
+        ("PCR4", 0x0004, 0x9C00_0000, True),
+    ],
+)
+def test_memory_outside_answers_where_its_bank_is_on(register, value, address, answers):
+    """RM0008 section 21.3: an access to a bank that is off is an AHB error. Nothing is attached."""
+    machine = machine_with("STM32F103ZE")
+    poke(machine.chip.rcc, "AHBENR", 0x114)
+    poke(machine.chip.peripherals["FSMC"], register, value)
+    if not answers:
+        with pytest.raises(BusFault):
+            machine.bus.write(address, 2, 0x1234)
+        return
+    machine.bus.write(address, 2, 0x1234)
+    assert machine.bus.read(address, 2) == 0
+    assert [note.text for note in machine.notes.all][-1].startswith("no external memory is there")
+    poke(machine.chip.rcc, "AHBENR", 0x14)
+    with pytest.raises(BusFault):
+        machine.bus.read(address, 2)
 
 
 def test_interrupts_go_up_to_59_with_high_density(high):

@@ -266,6 +266,22 @@ def test_ug_of_a_master_resets_its_slave(pair):
     assert peek(slave, "CNT") == 0
 
 
+@pytest.mark.parametrize("by_reset", [False, True])
+def test_a_master_that_was_high_triggers_again_in_another_mode(pair, by_reset):
+    """RM0008 section 15.4.2: TRGO was OC1REF, and high; then it is a pulse at each update, or at UG after a reset."""
+    _chip, master, slave = pair
+    setup(slave, SMCR=0x06)
+    setup(master, CR2=0x40, CCMR1=0x50)
+    poke(slave, "CR1", 0)
+    if by_reset:
+        master.reset()
+    else:
+        poke(master, "CR2", 0x20)
+    poke(master, "EGR", 1)
+    assert peek(slave, "CR1") & CEN
+    assert peek(slave, "SR") & 1 << 6
+
+
 def test_hall_sensor_interface(make_timers):
     """TIM2 measures the time between commutations (TI1S, reset by TI1F_ED, captures TRC)."""
     chip, timer = make_timers("TIM2")

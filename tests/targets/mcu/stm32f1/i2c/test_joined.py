@@ -23,7 +23,7 @@ class Chip:
         self.notes = fake.notes
         self.pins = Pins(NAMES, fake.time, fake.notes)
         self.signals, self.nets = Signals(self.pins), Nets()
-        self.one, self.other = (SimpleNamespace(name=name, bus=I2cBus()) for name in ("I2C1", "I2C2"))
+        self.one, self.other = (SimpleNamespace(name=name, bus=I2cBus(), held_low=None) for name in ("I2C1", "I2C2"))
         join([self.one, self.other], self.signals)
         self.route("I2C1", "PB6", "PB7")
         self.route("I2C2", "PB10", "PB11")
@@ -91,3 +91,14 @@ def test_remapped_pins_have_other_wires():
     assert not chip.joined
     chip.route("I2C1", "PB8", "PB9")
     assert chip.joined
+
+
+@each(
+    ("pin", "level", "low"),
+    [("PB6", False, "I2C1_SCL"), ("PB7", False, "I2C1_SDA"), ("PB7", True, ""), ("PB7", None, "")],
+)
+def test_a_line_that_is_held_low_outside_is_told(pin, level, low):
+    chip = Chip()
+    chip.pins[pin].drive(level)
+    assert chip.one.held_low() == low
+    assert chip.other.held_low() == ""
