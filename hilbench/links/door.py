@@ -106,7 +106,7 @@ class Door(PortBase, ABC):
             scheduler,
             f"{name}.out",
             line if chip_time is None else Line(baud=0),
-            self._put,
+            self._speak,
             group_ns=_GROUP_NS,
             depth=_WAITING_BYTES,
             on_break=self._break_out,
@@ -199,6 +199,10 @@ class Door(PortBase, ABC):
     @abstractmethod
     def _release(self) -> None:
         """Close descriptors."""
+
+    def _speak(self, data: bytes, at_ns: int) -> None:
+        self._scheduler.speak()
+        self._put(data, at_ns)
 
     def _client_gone(self) -> None:
         """Learn that the client's last byte is through and the line is down."""
