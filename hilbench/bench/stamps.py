@@ -66,9 +66,11 @@ class ByteStamps:
 
     @property
     def words(self) -> str:
-        """Who stamps, for people."""
+        """Who stamps, for people; empty if nobody does."""
+        if not self._stampers:
+            return ""
         first = all(one.runs_first for one in self._stampers)
-        how = "which Linux runs before others" if first else "which Linux runs as any other: no right to SCHED_FIFO"
+        how = "which Linux runs before others" if first else "which Linux runs as any other (no SCHED_FIFO)"
         return f"by a process for each port, {how}"
 
     def came(self, at_ns: int, read: Stamped) -> None:

@@ -104,7 +104,8 @@ class SerialPort(PortBase):
         self._stamps = stamps if self._stream is None else None
         self._stamper: Stamper | None = None
         if self._stamps is not None and self._descriptor is not None:
-            self._stamper = self._stamps.open(self._descriptor)
+            with contextlib.suppress(OSError):
+                self._stamper = self._stamps.open(self._descriptor)
         self._came_ns = self._asked_ns = 0
         self._input = Input(descriptor=(self._stamper or self._stream or self._serial).fileno(), read=self._read)
         self._errors = self._count_errors()

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from hilbench.clock.stamping import CHUNK_BYTES, HEAD, RUNS_FIRST
+from hilbench.errors import UnavailableError
 
 __all__ = ["Stamped", "Stamper", "StampingProcess", "Stamps"]
 
@@ -52,7 +53,7 @@ class Stamps(Protocol):
     """Whoever wants to know when bytes came and left; `hilbench.bench.stamps.ByteStamps` is one."""
 
     def open(self, descriptor: int) -> Stamper:
-        """Return what is to read a port."""
+        """Return what is to read a port; raises OSError where nothing can be made that does."""
 
     def came(self, at_ns: int, read: Stamped) -> None:
         """Learn that bytes came at a bench time, in ns."""
@@ -66,6 +67,9 @@ class StampingProcess:
 
     Args:
         descriptor: of the port, which does not block.
+
+    Raises:
+        OSError: it cannot be started.
     """
 
     def __init__(self, descriptor: int) -> None:
@@ -80,7 +84,7 @@ class StampingProcess:
                 process_group=0,
             )
         self._ours.setblocking(False)
-        self._runs_first = False
+        self._begun = self._runs_first = False
 
     @property
     def runs_first(self) -> bool:
@@ -96,13 +100,16 @@ class StampingProcess:
 
         Raises:
             OSError: the port has hung up.
+            UnavailableError: the process has ended before it began to read.
         """
         try:
             record = self._ours.recv(HEAD.size + CHUNK_BYTES)
         except BlockingIOError:
             return None
-        if len(record) == len(RUNS_FIRST):
-            self._runs_first = record == RUNS_FIRST
+        if not self._begun:
+            if not record:
+                raise UnavailableError("the process that is to read the port has not begun", hint="see its error above")
+            self._begun, self._runs_first = True, record == RUNS_FIRST
             return None
         if len(record) <= HEAD.size:
             raise OSError("readable without a byte: the other end is gone")

@@ -15,6 +15,7 @@ from hilbench.bench import LOCAL_PORT_S, Bench
 from hilbench.bench.stamps import ByteStamps
 from hilbench.clock import NS_PER_MS, NS_PER_S, Scheduler, precedence
 from hilbench.clock.stamping import HEAD, stamp
+from hilbench.errors import UnavailableError
 from hilbench.journal import Journal
 from hilbench.judging.recorder import recording
 from hilbench.judging.verdicts import Violation
@@ -299,6 +300,23 @@ class TestStamping:
                     select.select((reader,), (), (), 60)
                     reader.take()
         os.close(slave)
+
+    def test_one_that_does_not_begin_is_no_hung_up_port(self, rig, monkeypatch):
+        monkeypatch.setattr("sys.executable", "true")
+        with closing(StampingProcess(rig.slave)) as reader:
+            select.select((reader,), (), (), 60)
+            with pytest.raises(UnavailableError, match="has not begun"):
+                reader.take()
+
+    def test_where_none_can_be_started_the_bench_reads_by_itself(self, rig):
+        def refuse(_descriptor):
+            raise OSError
+
+        rig.port.close()
+        stamps = ByteStamps(refuse, ())
+        with closing(SerialPort(rig.bench.scheduler, os.ttyname(rig.slave), stamps=stamps)) as port:
+            assert port._input.descriptor == port._descriptor
+            assert not stamps.words
 
 
 class TestPrecedence:
