@@ -25,7 +25,7 @@ from hilbench.bench.observing import counters_of, pace_of
 from hilbench.bench.operator import Beside
 from hilbench.bench.report_line import REPORT
 from hilbench.bench.shared import Shared
-from hilbench.bench.stamps import ByteStamps
+from hilbench.bench.stamps import ByteStamps, PortStamps
 from hilbench.benchfile.line_hooks import run_hook
 from hilbench.benchfile.reader import BenchFile
 from hilbench.clock import NS_PER_S, MonotonicHostClock, Scheduler
@@ -121,12 +121,17 @@ class LockedProvider:
 
     def _open_serial(self, target: SerialTarget) -> Port:
         """Open a real port that may be unplugged and come back."""
-        if own_process.is_ours() and self._bench.stamps is None:
-            self._bench.stamps = ByteStamps(StampingProcess, self._bench.far)
-        open_port = partial(SerialPort, stamps=self._bench.stamps)
+        stamps = None
+        if own_process.is_ours():
+            self._bench.stamps = self._bench.stamps or ByteStamps(StampingProcess)
+            stamps = PortStamps(self._bench.stamps)
+        open_port = partial(SerialPort, stamps=stamps)
         port = ReconnectingPort(self._scheduler, target, record=self._bench.record, open_port=open_port)
         self._ports.append(port)
-        self._learn(located(target).url)
+        where = located(target).url
+        self._learn(where)
+        if stamps is not None and place_of(where) is not None:
+            stamps.far = FarPace(where)
         return port
 
     def _learn(self, where: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from hilbench.judging.uncertainty import OfTimes
 from hilbench.links.stamped import Stamped, Stamper
 from hilbench.pace.far_life import FarBench
 
-__all__ = ["Arrival", "ByteStamps", "Span"]
+__all__ = ["Arrival", "ByteStamps", "PortStamps", "Span"]
 
 _KEPT = 4096
 """Of so many arrivals it is known how exactly (choice): minutes of a busy line."""
@@ -45,48 +45,38 @@ class Arrival:
 
 
 class ByteStamps:
-    """The `hilbench.links.stamped.Stamps` of a bench.
+    """What all ports of a bench tell of their bytes.
 
     Args:
         read: makes what reads a port.
-        far: the benches behind the ports; more may be added.
     """
 
-    def __init__(self, read: Callable[[int], Stamper], far: Sequence[FarBench]) -> None:
-        self._far = far
+    def __init__(self, read: Callable[[int], Stamper]) -> None:
+        self.read = read
+        self.stampers: list[Stamper] = []
+        self.left = LatenessMeter()
         self._arrivals: dict[int, Arrival] = {}
-        self._left = LatenessMeter()
-        self._read = read
-        self._stampers: list[Stamper] = []
-
-    def open(self, descriptor: int) -> Stamper:
-        """See `Stamps`."""
-        self._stampers.append(self._read(descriptor))
-        return self._stampers[-1]
 
     @property
     def words(self) -> str:
         """Who stamps, for people; empty if nobody does."""
-        if not self._stampers:
+        if not self.stampers:
             return ""
-        first = all(one.runs_first for one in self._stampers)
+        first = all(one.runs_first for one in self.stampers)
         how = "which Linux runs before others" if first else "which Linux runs as any other (no SCHED_FIFO)"
         return f"by a process for each port, {how}"
 
-    def came(self, at_ns: int, read: Stamped) -> None:
-        """See `Stamps`."""
+    def keep(self, at_ns: int, came: Arrival) -> None:
+        """Keep how exactly is known when bytes came that have this stamp, in ns.
+
+        Bytes of two ports may have the same: then what is less exact counts, and when they were due is not known.
+        """
         before = self._arrivals.get(at_ns)
-        after_ns = read.after_ns if before is None else min(read.after_ns, before.after_ns)
-        due = [far.due_between(after_ns, read.by_ns) for far in self._far]
-        known = [one for one in due if one is not None]
-        whole = (min(one[0] for one in known), max(one[1] for one in known)) if due and due == known else None
-        self._arrivals[at_ns] = Arrival(after_ns, read.by_ns, whole)
+        if before is not None:
+            came = Arrival(min(came.after_ns, before.after_ns), came.by_ns, None)
+        self._arrivals[at_ns] = came
         if len(self._arrivals) > _KEPT:
             del self._arrivals[next(iter(self._arrivals))]
-
-    def left(self, asked_ns: int, late_ns: int) -> None:
-        """See `Stamps`."""
-        self._left.record(max(0, late_ns), asked_ns)
 
     def arrival(self, at_ns: int) -> Arrival | None:
         """Return how exactly is known when bytes came that have this stamp, in ns; None if none have."""
@@ -94,4 +84,34 @@ class ByteStamps:
 
     def left_late_ns(self, since_ns: int) -> int:
         """Return how late bytes left at most that were to leave at a bench time or later, in ns."""
-        return self._left.max_since_ns(since_ns)
+        return self.left.max_since_ns(since_ns)
+
+
+class PortStamps:
+    """The `hilbench.links.stamped.Stamps` of one port.
+
+    Args:
+        bench: those of its bench.
+
+    Attributes:
+        far: the bench behind the port; None if none is known.
+    """
+
+    def __init__(self, bench: ByteStamps) -> None:
+        self._bench = bench
+        self.far: FarBench | None = None
+
+    def open(self, descriptor: int) -> Stamper:
+        """See `Stamps`."""
+        stamper = self._bench.read(descriptor)
+        self._bench.stampers.append(stamper)
+        return stamper
+
+    def came(self, at_ns: int, read: Stamped) -> None:
+        """See `Stamps`."""
+        due_ns = None if self.far is None else self.far.due_between(read.after_ns, read.by_ns)
+        self._bench.keep(at_ns, Arrival(read.after_ns, read.by_ns, due_ns))
+
+    def left(self, asked_ns: int, late_ns: int) -> None:
+        """See `Stamps`."""
+        self._bench.left.record(max(0, late_ns), asked_ns)

@@ -23,8 +23,8 @@ class PaceListener(Protocol):
     def due(self, host_ns: int) -> None:
         """Learn when the next entry is due: until it has run, the bench is no further than that."""
 
-    def ran(self, due_ns: int, began_ns: int, done_ns: int, *, spoke: bool) -> None:
-        """Learn when an entry was due, when it began, that it is done now, and whether it sent anything outside."""
+    def ran(self, due_ns: int, began_ns: int, done_ns: int, *, spoke: int) -> None:
+        """Learn when an entry was due, when it began, that it is done now, and where it sent anything: a bit a door."""
 
     def slipped(self, slip_ns: int, host_ns: int) -> None:
         """Learn that bench time stood still for so long until now."""
@@ -37,7 +37,7 @@ class Pace:
         self.host = host
         self.lateness = LatenessMeter()
         self._listener = listener
-        self.spoke = False
+        self.spoke = 0
         self.slips = 0
         self.slipped_ns = 0
         self._slip_log: deque[tuple[int, int]] = deque(maxlen=_SLIPS_KEPT)  # (bench time, slipped before it)
@@ -62,7 +62,7 @@ class Pace:
         if self._listener is not None:
             due_ns += self._epoch_ns
             self._listener.ran(due_ns, self._began_ns, self.host.monotonic_ns(), spoke=self.spoke)
-        self.spoke = False
+        self.spoke = 0
 
     def host_ns(self, bench_ns: int) -> int:
         """Return the host's time at bench time `bench_ns`, which has passed; never too late a time."""

@@ -370,10 +370,10 @@ class Scheduler:
         pace = self._locked_pace
         return pace.host_ns(since_ns), pace.host.monotonic_ns()
 
-    def speak(self) -> None:
-        """Take note that the entry that runs sends something outside."""
+    def speak(self, door: int) -> None:
+        """Take note that the entry that runs sends something outside, by the door of a number."""
         if self._pace is not None:
-            self._pace.spoke = True
+            self._pace.spoke |= 1 << door
 
     def bench_ns(self, host_ns: int) -> int:
         """Return the bench time at the host's monotonic time `host_ns`, which has passed; on a locked bench.

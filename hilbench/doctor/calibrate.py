@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from hilbench.bench.stamps import ByteStamps
+from hilbench.bench.stamps import ByteStamps, PortStamps
 from hilbench.clock import NS_PER_MS, NS_PER_S, HostClock, MonotonicHostClock, Scheduler, wall_time_iso
 from hilbench.clock.precedence import OF_A_BENCH, freeze_memory, take_precedence
 from hilbench.errors import UnavailableError
@@ -84,7 +84,7 @@ def _measure_at(target: SerialTarget, key: str, info: PortInfo | None) -> Calibr
     scheduler, clock = Scheduler(), MonotonicHostClock()
     stamps = None
     if own_process.is_ours():
-        stamps = ByteStamps(StampingProcess, ())
+        stamps = PortStamps(ByteStamps(StampingProcess))
         freeze_memory()
         take_precedence(OF_A_BENCH)
     try:

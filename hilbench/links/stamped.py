@@ -50,7 +50,7 @@ class Stamper(Protocol):
 
 
 class Stamps(Protocol):
-    """Whoever wants to know when bytes came and left; `hilbench.bench.stamps.ByteStamps` is one."""
+    """Whoever wants to know when bytes came and left; `hilbench.bench.stamps.PortStamps` is one."""
 
     def open(self, descriptor: int) -> Stamper:
         """Return what is to read a port; raises OSError where nothing can be made that does."""

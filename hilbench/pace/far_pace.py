@@ -93,8 +93,10 @@ class FarPace:
 
         None where that is not known: nobody tells, or it was handed on by one after the other.
         """
-        readers = self._readers(by_ns)
-        return readers[0].due_between(after_ns, by_ns) if len(readers) == 1 and not readers[0].behind else None
+        readers, place = self._readers(by_ns), place_of(self._where)
+        if len(readers) != 1 or readers[0].behind or place not in readers[0].doors:
+            return None
+        return readers[0].due_between(place, after_ns, by_ns)
 
     def life_since(self, begin_ns: int) -> Callable[[int], int]:
         """Return what tells at a moment how much time has passed for all of them since now, which is `begin_ns`."""

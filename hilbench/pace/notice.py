@@ -14,7 +14,7 @@ monotonic clock, which all processes of a host share, in ns. It is an array of 6
                       lateness since any moment can be told, however long ago that was
 `_LOSS`               a ring of the last losses: when, and how much was lost before
 `_WORDS`, `_WORD`     how many entries have sent anything outside, and a ring of the last: when each was due, began
-                      and was done
+                      and was done, and by which doors it sent, a bit for each
 ====================  =================================================================================================
 
 Behind it stands, as JSON, which doors lead to it and which ports it has opened itself. Its owner has the file locked
@@ -50,7 +50,8 @@ _LOSSES_KEPT = 512
 _WORDS = _LOSS + 2 * _LOSSES_KEPT
 _WORD = _WORDS + 1
 _WORDS_KEPT = 512
-_NUMBERS = _WORD + 3 * _WORDS_KEPT
+_OF_A_WORD = 4
+_NUMBERS = _WORD + _OF_A_WORD * _WORDS_KEPT
 _BYTES = _NUMBERS * 8
 _THIS_FORMAT = 2
 _NEVER_NS = 1 << 62
@@ -111,13 +112,13 @@ class PaceNotice:
         """Tell when the next entry is due."""
         self._numbers[_DUE] = host_ns
 
-    def ran(self, due_ns: int, began_ns: int, done_ns: int, *, spoke: bool) -> None:
+    def ran(self, due_ns: int, began_ns: int, done_ns: int, *, spoke: int) -> None:
         """Tell how late an entry was done: what it did, it did no later."""
         self._late.record(max(0, done_ns - due_ns), done_ns)
         if spoke:
             numbers = self._numbers
-            at = _WORD + 3 * (numbers[_WORDS] % _WORDS_KEPT)
-            numbers[at], numbers[at + 1], numbers[at + 2] = due_ns, began_ns, done_ns
+            at = _WORD + _OF_A_WORD * (numbers[_WORDS] % _WORDS_KEPT)
+            numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3] = due_ns, began_ns, done_ns, spoke
             numbers[_WORDS] += 1
 
     def slipped(self, slip_ns: int, host_ns: int) -> None:
@@ -200,19 +201,24 @@ class PaceReader:
         late_ns = max(meter.max_since_ns(since_ns), now_ns - self._numbers[_DUE])
         return Lateness(late_ns=late_ns + self._numbers[_STEP], lost_ns=missed_ns + self._lost_since_ns(since_ns))
 
-    def due_between(self, after_ns: int, by_ns: int) -> tuple[int, int] | None:
+    def due_between(self, place: str, after_ns: int, by_ns: int) -> tuple[int, int] | None:
         """Return when was due, at the earliest and at the latest, what the bench sent at some moment between two.
 
         It may have run ahead of what was due, by its step. None if nothing is remembered that it can have been.
+
+        Args:
+            place: where it sent it: of one of its doors.
+            after_ns: the first moment.
+            by_ns: the second.
         """
-        numbers = self._numbers
+        numbers, door = self._numbers, 1 << self.doors.index(place)
         due_ns, words = numbers[_DUE], numbers[_WORDS]  # in this order: what is being done is one of these or the other
         found = [due_ns] if due_ns <= by_ns else []
         for word in range(words - 1, max(0, words - _WORDS_KEPT + 1) - 1, -1):
-            at = _WORD + 3 * (word % _WORDS_KEPT)
+            at = _WORD + _OF_A_WORD * (word % _WORDS_KEPT)
             if numbers[at + 2] < after_ns:
                 break
-            if numbers[at + 1] <= by_ns:
+            if numbers[at + 1] <= by_ns and numbers[at + 3] & door:
                 found.append(numbers[at])
         else:
             if words >= _WORDS_KEPT:

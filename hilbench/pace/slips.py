@@ -38,7 +38,7 @@ class SlipsSaid:
         if self._listener is not None:
             self._listener.due(host_ns)
 
-    def ran(self, due_ns: int, began_ns: int, done_ns: int, *, spoke: bool) -> None:
+    def ran(self, due_ns: int, began_ns: int, done_ns: int, *, spoke: int) -> None:
         """Learn that the host's time is `done_ns`."""
         if self._listener is not None:
             self._listener.ran(due_ns, began_ns, done_ns, spoke=spoke)

@@ -110,6 +110,8 @@ def run_until_stopped(
 
 def _notifying(notice: Notice, now_ns: int, say: Say, stack: contextlib.ExitStack) -> PaceNotice | None:
     """Return the file that tells others; None if there is no place for it."""
+    for number, door in enumerate(notice.doors):
+        door.number = number
     places = [_place_of(door) for door in notice.doors]
     try:
         return stack.enter_context(PaceNotice(now_ns, places, behind=notice.behind, step_ns=notice.step_ns))

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.bench import LOCAL_PORT_S, Bench
-from hilbench.bench.stamps import ByteStamps
+from hilbench.bench.stamps import ByteStamps, PortStamps
 from hilbench.clock import NS_PER_MS, NS_PER_S, Scheduler, precedence
 from hilbench.clock.stamping import HEAD, stamp
 from hilbench.errors import UnavailableError
@@ -84,8 +84,9 @@ class Rig:
         self.bench.port_floor_s, self.bench.port_uncertainty_s = 0.0, LOCAL_PORT_S
         self.master, self.slave = os.openpty()
         if stamped:
-            self.bench.stamps = ByteStamps(lambda _descriptor: self.reader, self.bench.far)
-        self.port = SerialPort(scheduler, os.ttyname(self.slave), stamps=self.bench.stamps)
+            self.bench.stamps = ByteStamps(lambda _descriptor: self.reader)
+        self.stamps = None if self.bench.stamps is None else PortStamps(self.bench.stamps)
+        self.port = SerialPort(scheduler, os.ttyname(self.slave), stamps=self.stamps)
         self.peer = SimulatorPeer(self.bench, self.port)
 
     def close(self):
@@ -101,6 +102,12 @@ class Rig:
         self.reader.taken.append(Stamped(data, by_ns - round(early_ms * MS), by_ns))
         self.host.arrive(self.begin_ns + round((at_ms if seen_ms is None else seen_ms) * MS), self.port._input)
         return by_ns
+
+    def has_behind(self, far):
+        """Have a bench of ours behind the port."""
+        self.bench.far.append(far)
+        self.stamps.far = far
+        return far
 
     def busy(self, at_ms, for_ms):
         """Have the checker compute from a moment on, for so long."""
@@ -200,8 +207,7 @@ class TestSpans:
 
     def test_a_bench_of_ours_tells_when_it_should_have_sent(self, rig):
         first_ns, second_ns = rig.comes(FRAME, 103), rig.comes(FRAME, 200.5)
-        far = FarBench({first_ns: (100 * MS, 100.4 * MS), second_ns: (200.2 * MS, 200.2 * MS)})
-        rig.bench.far.append(far)
+        far = rig.has_behind(FarBench({first_ns: (100 * MS, 100.4 * MS), second_ns: (200.2 * MS, 200.2 * MS)}))
         rig.bench.run_for(0.3)
         first, second = (got.start_ns for got in rig.peer.frames())
         # The groups in which bytes pass its line, and half of what it left open.
@@ -212,7 +218,7 @@ class TestSpans:
 
     def test_where_more_lies_between_or_nobody_remembers_how_late_it_was_counts(self, rig):
         first_ns, second_ns = rig.comes(FRAME, 100), rig.comes(FRAME, 200)
-        rig.bench.far.append(far := FarBench({first_ns: (0, 0), second_ns: (0, 0)}, Lateness(late_ns=2 * MS)))
+        far = rig.has_behind(FarBench({first_ns: (0, 0), second_ns: (0, 0)}, Lateness(late_ns=2 * MS)))
         rig.bench.adapter_s = 0.001
         rig.bench.run_for(0.15)
         far.due.clear()
@@ -221,6 +227,14 @@ class TestSpans:
         assert rig.bench.span(first, second, unprompted=True) == pytest.approx((0.1, 0.0001 + 0.002 + 0.001))
         rig.bench.adapter_s = 0.0
         assert rig.bench.span(first, second, unprompted=True) == pytest.approx((0.1, 0.0001 + 0.002))
+
+    def test_of_two_chunks_of_one_moment_the_less_exact_counts(self, rig):
+        rig.has_behind(FarBench({rig.comes(FRAME, 100): (0, 0)}, Lateness(late_ns=2 * MS)))
+        rig.comes(b"x", 100, early_ms=0.7)
+        rig.comes(FRAME, 200)
+        rig.bench.run_for(0.3)
+        first, second = (got.start_ns for got in rig.peer.frames())
+        assert rig.bench.span(first, second, unprompted=True) == pytest.approx((0.1, 0.0027))
 
     def test_what_has_no_stamp_is_as_uncertain_as_ever(self, rig):
         rig.bench.run_for(0.1)
@@ -313,10 +327,10 @@ class TestStamping:
             raise OSError
 
         rig.port.close()
-        stamps = ByteStamps(refuse, ())
+        stamps = PortStamps(nobody := ByteStamps(refuse))
         with closing(SerialPort(rig.bench.scheduler, os.ttyname(rig.slave), stamps=stamps)) as port:
             assert port._input.descriptor == port._descriptor
-            assert not stamps.words
+            assert not nobody.words
 
 
 class TestPrecedence:

@@ -35,7 +35,7 @@ def runtime(tmp_path, monkeypatch):
 
 def ran_late(told, late_ns, done_ns):
     """Tell of an entry that began as late as it was done, at a moment of the host, in ns."""
-    told.ran(done_ns - late_ns, done_ns, done_ns, spoke=False)
+    told.ran(done_ns - late_ns, done_ns, done_ns, spoke=0)
 
 
 @pytest.fixture
@@ -107,20 +107,21 @@ class TestNotices:
     )
     def test_when_what_was_sent_was_due_is_among_what_is_told(self, entries, data):
         """Entries one behind the other; each is that many ticks after the last, so late, and takes so long."""
-        with PaceNotice(0, ["a"]) as told:
+        with PaceNotice(0, ["a", "b"]) as told:
             now, runs = 0, []
             for after, late, takes in entries:
                 due, began = now + after, now + after + late
                 now = began + takes
                 told.due(due)
-                told.ran(due, began, now, spoke=True)
+                told.ran(due, began, now, spoke=1 if takes else 3)
+                told.ran(now, now, now, spoke=2)  # by another door
                 runs.append((due, began, now))
             told.due(now + 100)
             due, began, done = data.draw(st.sampled_from(runs))
             written = data.draw(st.integers(began, done))
             after, by = written - data.draw(st.integers(0, 20)), written + data.draw(st.integers(0, 20))
             (reader,) = notices()
-            earliest, latest = reader.due_between(after, by)
+            earliest, latest = reader.due_between("a", after, by)
             assert earliest <= due <= latest
             ran = [due for due, began, done in runs if began <= by and done >= after]
             assert (earliest, latest) == (min(ran), max(ran))
@@ -128,21 +129,21 @@ class TestNotices:
     def test_what_is_being_sent_right_now_counts_and_what_sent_nothing_does_not(self, ptys):
         where = ptys()
         with PaceNotice(0, [place_of(where)], step_ns=3) as told:
-            told.ran(100, 110, 120, spoke=True)
-            told.ran(121, 122, 130, spoke=False)
+            told.ran(100, 110, 120, spoke=1)
+            told.ran(121, 122, 130, spoke=0)
             told.due(140)
             far = FarPace(where)
             assert far.due_between(115, 130) == (97, 103)
             assert far.due_between(125, 150) == (137, 143)  # due, and not said to be done
             assert far.due_between(121, 139) is None
             for moment in range(200, 2000):
-                told.ran(moment, moment, moment, spoke=True)
+                told.ran(moment, moment, moment, spoke=1)
             assert far.due_between(115, 130) is None  # no longer remembered
 
     def test_of_what_one_hands_on_to_another_nobody_tells_when_it_was_due(self, ptys, notice):
         here, there, alone = ptys(), ptys(), ptys()
         for told in (notice(here, behind=[there]), notice(there), notice(alone)):
-            told.ran(BORN_NS + 1, BORN_NS + 2, BORN_NS + 3, spoke=True)
+            told.ran(BORN_NS + 1, BORN_NS + 2, BORN_NS + 3, spoke=1)
             told.due(BORN_NS + 9)
         assert FarPace(alone).due_between(BORN_NS, BORN_NS + 5) == (BORN_NS + 1, BORN_NS + 1)
         assert FarPace(here).due_between(BORN_NS, BORN_NS + 5) is None
