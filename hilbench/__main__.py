@@ -8,12 +8,13 @@ from __future__ import annotations
 import os
 import sys
 
-from hilbench.terminal import interruption
+from hilbench.terminal import interruption, own_process
 
 
 def main() -> int:
     """Run the command line of this process and return its exit code; nothing is left to be done then but to exit."""
     interruption.end_at_once()
+    own_process.claim()
     if __name__ == "__main__":
         from hilbench.cli.siblings import leave_working_folder
 

@@ -11,9 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from hilbench.bench.stamps import Arrival, ByteStamps, Span
 from hilbench.clock import NS_PER_S, SLIP_THRESHOLD_NS, Scheduler
 from hilbench.journal import Journal
 from hilbench.judging.uncertainty import OfTimes
+from hilbench.links.memory import REAL_TIME_GROUP_NS
 from hilbench.pace.far_life import FarBench, FarLife
 from hilbench.pace.lateness import IN_TIME, Lateness
 from hilbench.pace.pty_probe import PtyProbe
@@ -53,6 +55,9 @@ class Bench:
     Attributes:
         port_uncertainty_s: what the ports add to every time, as far as it is known or was measured, in seconds.
         port_floor_s: what the uncertainty of a time is at least, in seconds: more than 0 where a port is not known.
+        adapter_s: what of `port_uncertainty_s` is behind what this host's kernel tells: of an adapter, or of a program
+            in between, in seconds.
+        stamps: when bytes came and left, where a process of its own reads the ports; None where none does.
         route: what a port of the checker stands behind; see `near_end`.
         far: benches of ours behind the ports, which tell how they keep up.
         way: measures how late the host hands on what passes pseudo-terminals; None where there are none.
@@ -66,6 +71,8 @@ class Bench:
         self.timeout_scale = timeout_scale
         self.port_uncertainty_s = 0.0
         self.port_floor_s = LOCKED_FLOOR_S
+        self.adapter_s = 0.0
+        self.stamps: ByteStamps | None = None
         self.route: Callable[[Port], Port] | None = None
         self.far: list[FarBench] = []
         self.way: PtyProbe | None = None
@@ -149,6 +156,52 @@ class Bench:
         late = self.lateness(since_ns)
         return late.late_ns / NS_PER_S + self.port_uncertainty_s
 
+    def span(self, first_ns: int, last_ns: int, *, unprompted: bool = False) -> Span:
+        """Return how far apart two moments are, of which the second is the stamp of bytes, and how far off that may be.
+
+        Where a process of its own has stamped the bytes, it counts how exactly it knows when they came, and how late
+        this bench sent; not how late it read. Else it is `uncertainty_s`.
+
+        Args:
+            first_ns: the stamp of other bytes, or a bench time at which something was asked for or sent.
+            last_ns: the stamp of the bytes.
+            unprompted: both came by the clock of who sent them, whatever was sent there meanwhile. A bench of ours
+                tells when they were due by that clock.
+        """
+        first, last = self._arrival(first_ns), self._arrival(last_ns)
+        if last is None or (unprompted and first is None):
+            return Span((last_ns - first_ns) / NS_PER_S, self.uncertainty_s(first_ns))
+        late = self.far_lateness(first_ns)
+        if first is None:
+            moved_ns = self.scheduler.slipped_since_ns(first_ns) - self.scheduler.slipped_since_ns(first_ns + 1)
+            begin_ns, early_ns = self.scheduler.host_ns(first_ns)[0], last.early_ns
+        else:
+            moved_ns, begin_ns, early_ns = 0, first.by_ns, max(first.early_ns, last.early_ns)
+        if first is None or not unprompted:
+            late += self.way_lateness(first_ns)
+            early_ns, port_s = max(early_ns, self._left_late_ns(first_ns)), self.port_uncertainty_s
+        elif not self.adapter_s and (due := _due_span(first, last)):
+            return self._span(due, 0, 0.0, late.lost_ns)
+        else:
+            port_s = self.adapter_s
+        apart = (last.by_ns - begin_ns, early_ns)
+        return self._span(apart, late.late_ns, port_s, late.lost_ns + moved_ns)
+
+    def _span(self, apart: tuple[float, float], late_ns: int, port_s: float, lost_ns: int) -> Span:
+        """Return a span of so many ns, give or take so many, as far off as benches and ports may have it besides."""
+        apart_ns, doubt_ns = apart
+        doubt_s = max(self.port_floor_s, (doubt_ns + late_ns) / NS_PER_S + port_s) + lost_ns / NS_PER_S
+        return Span(apart_ns / NS_PER_S, OfTimes(doubt_s))
+
+    def _arrival(self, at_ns: int) -> Arrival | None:
+        return None if self.stamps is None or not self.scheduler.locked else self.stamps.arrival(at_ns)
+
+    def _left_late_ns(self, since_ns: int) -> int:
+        """Return how late left what a span may be measured from, in ns: what was sent before counts up to the floor."""
+        assert self.stamps is not None
+        before_ns = self.stamps.left_late_ns(max(0, since_ns - _LATELY_NS))
+        return max(self.stamps.left_late_ns(since_ns), min(before_ns, to_ns(LOCKED_FLOOR_S)))
+
     def record(self, kind: str, source: str, **fields: object) -> None:
         """Write an event that happens now into the journal."""
         self.journal.record(kind, source, self.now_ns, **fields)
@@ -156,3 +209,14 @@ class Bench:
     def record_event(self, source: str, event: object) -> None:
         """Write an event that is an object, such as one a robot reports, into the journal."""
         self.journal.record_value("event", source, self.now_ns, event)
+
+
+def _due_span(first: Arrival, last: Arrival) -> tuple[float, float] | None:
+    """Return how far apart bytes were due, and how far off that may be, in ns; None if nobody tells when they were.
+
+    Bytes pass the lines of a bench that tells in groups.
+    """
+    if first.due_ns is None or last.due_ns is None:
+        return None
+    doubt_ns = sum(latest_ns - earliest_ns for earliest_ns, latest_ns in (first.due_ns, last.due_ns)) / 2
+    return (sum(last.due_ns) - sum(first.due_ns)) / 2, REAL_TIME_GROUP_NS + doubt_ns

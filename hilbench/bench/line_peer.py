@@ -88,7 +88,10 @@ class LinePeer(LineEnd, Generic[MessageT]):
         self.dropped: list[Unsound] = []
         self._dropped_ns: list[int] = []
         self._written = Written(lambda: self._decoder(sent=True))
-        self._timed: TimedReader[Sound[MessageT] | Unsound] = TimedReader(self._read)
+        # What reads frames may have clocks of its own, which do not go back to when bytes came that were read late.
+        self._timed: TimedReader[Sound[MessageT] | Unsound] = TimedReader(
+            lambda data, at_ns: self._read(data, max(at_ns, self.bench.now_ns))
+        )
         self.line_expected = True
         self.attach(port)
 
@@ -250,8 +253,8 @@ class LinePeer(LineEnd, Generic[MessageT]):
             text = f"no {name} within {within_s:g} s{self.refused(refused)}"
             raise Untimely(text, self.evidence(first), spare_s=spare_s)
         at_ns, packet = found[0]
-        elapsed_s = max(0, at_ns - start_ns) / NS_PER_S
-        at_most(elapsed_s, within_s, unit="s", what=f"{name} came after", uncertainty=self.uncertainty_s(start_ns))
+        elapsed_s, doubt_s = self.bench.span(start_ns, at_ns)
+        at_most(max(0.0, elapsed_s), within_s, unit="s", what=f"{name} came after", uncertainty=doubt_s)
         return packet
 
     def require_punctual(self, since_ns: int, within_s: float, otherwise: str) -> None:

@@ -25,9 +25,11 @@ from hilbench.bench.observing import counters_of, pace_of
 from hilbench.bench.operator import Beside
 from hilbench.bench.report_line import REPORT
 from hilbench.bench.shared import Shared
+from hilbench.bench.stamps import ByteStamps, PortStamps
 from hilbench.benchfile.line_hooks import run_hook
 from hilbench.benchfile.reader import BenchFile
 from hilbench.clock import NS_PER_S, MonotonicHostClock, Scheduler
+from hilbench.clock.precedence import OF_A_BENCH, freeze_memory, give_way, take_precedence
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.judging.observations import Observations
 from hilbench.judging.provider import CaseInfo
@@ -37,6 +39,7 @@ from hilbench.links import (
     Port,
     PtyDoor,
     ReconnectingPort,
+    SerialPort,
     SerialTarget,
     TcpDoor,
     parse_serial_target,
@@ -44,10 +47,12 @@ from hilbench.links import (
 from hilbench.links.faults import FaultyPort
 from hilbench.links.reconnecting import POLL_NS
 from hilbench.links.serial_target import located
+from hilbench.links.stamped import StampingProcess
 from hilbench.pace.far_pace import FarPace, ends_of, is_pseudo_terminal, place_of
 from hilbench.pace.pty_probe import PtyProbe
 from hilbench.ports.calibration import Calibration, calibration_of
 from hilbench.ports.listing import list_ports
+from hilbench.terminal import own_process
 
 PeerT = TypeVar("PeerT", bound=LinePeer[Any])
 CaseT = TypeVar("CaseT", bound=CaseBase)
@@ -75,6 +80,7 @@ class LockedProvider:
         self._scheduler = Scheduler()
         self._bench = shared.bench(self._scheduler)
         self._locked = False
+        self._first = False
         self._ports: list[Port] = []
         self._known: set[str] = set()
         self._calibrations: dict[str, Calibration] = {}
@@ -89,6 +95,8 @@ class LockedProvider:
         """Name the target, and what its ports were measured to add to every time; there is no physics of ours."""
         about = self._shared.describe(self._target, "none of ours")
         kept = "; ".join(f"{one.uncertainty_s * 1000:.2f} ms at {key}" for key, one in self._calibrations.items())
+        if self._bench.stamps is not None:
+            about = {**about, "stamps": self._bench.stamps.words}
         return {**about, "calibration": kept} if kept else about
 
     def observed(self) -> Observations:
@@ -105,14 +113,25 @@ class LockedProvider:
 
     def _lock(self) -> None:
         if not self._locked:
+            if own_process.is_ours():
+                freeze_memory()
+                self._first = take_precedence(OF_A_BENCH)
             self._scheduler.lock(self._host)
             self._locked = True
 
     def _open_serial(self, target: SerialTarget) -> Port:
         """Open a real port that may be unplugged and come back."""
-        port = ReconnectingPort(self._scheduler, target, record=self._bench.record)
+        stamps = None
+        if own_process.is_ours():
+            self._bench.stamps = self._bench.stamps or ByteStamps(StampingProcess)
+            stamps = PortStamps(self._bench.stamps)
+        open_port = partial(SerialPort, stamps=stamps)
+        port = ReconnectingPort(self._scheduler, target, record=self._bench.record, open_port=open_port)
         self._ports.append(port)
-        self._learn(located(target).url)
+        where = located(target).url
+        self._learn(where)
+        if stamps is not None and place_of(where) is not None:
+            stamps.far = FarPace(where)
         return port
 
     def _learn(self, where: str) -> None:
@@ -125,6 +144,8 @@ class LockedProvider:
         if place_of(where) is not None:
             self._bench.far.append(FarPace(where))
         ends = ends_of(where)
+        if ends != [where] or not is_pseudo_terminal(where):
+            self._bench.adapter_s = LOCAL_PORT_S  # more than the kernel of this host lies between
         if self._bench.way is None and any(is_pseudo_terminal(one) for one in (where, *ends)):
             self._bench.way = PtyProbe(self._scheduler, self._host)
         for end in ends:
@@ -132,6 +153,7 @@ class LockedProvider:
             if calibration is not None:
                 self._calibrations[calibration.key] = calibration
                 self._adds(max(calibration.uncertainty_s, LOCAL_PORT_S))
+                self._bench.adapter_s = self._bench.port_uncertainty_s
             elif place_of(end) is not None:
                 self._adds(LOCAL_PORT_S)
             else:
@@ -161,6 +183,8 @@ class LockedProvider:
             self._bench.way = None
         if self._locked:
             self._scheduler.unlock()
+        if self._first:
+            give_way()
         self._host.close()
         self._shared.close(self._bench.now_ns)
 

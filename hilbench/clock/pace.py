@@ -23,8 +23,8 @@ class PaceListener(Protocol):
     def due(self, host_ns: int) -> None:
         """Learn when the next entry is due: until it has run, the bench is no further than that."""
 
-    def ran(self, late_ns: int, host_ns: int) -> None:
-        """Learn how late an entry runs now."""
+    def ran(self, due_ns: int, began_ns: int, done_ns: int, *, spoke: int) -> None:
+        """Learn when an entry was due, when it began, that it is done now, and where it sent anything: a bit a door."""
 
     def slipped(self, slip_ns: int, host_ns: int) -> None:
         """Learn that bench time stood still for so long until now."""
@@ -37,13 +37,14 @@ class Pace:
         self.host = host
         self.lateness = LatenessMeter()
         self._listener = listener
+        self.spoke = 0
         self.slips = 0
         self.slipped_ns = 0
         self._slip_log: deque[tuple[int, int]] = deque(maxlen=_SLIPS_KEPT)  # (bench time, slipped before it)
         self._slip_threshold_ns = slip_threshold_ns
         self._start_bench_ns = now_ns
         self._start_host_ns = host.monotonic_ns()
-        self._last_look_ns = self._start_host_ns
+        self._last_look_ns = self._began_ns = self._start_host_ns
         self._epoch_ns = self._start_host_ns - now_ns
 
     def aim(self, due_ns: int | None) -> None:
@@ -54,12 +55,30 @@ class Pace:
     def ran(self, late_ns: int, due_ns: int) -> None:
         """Take down how late an entry runs that was due at bench time `due_ns`."""
         self.lateness.record(late_ns, due_ns)
+        self._began_ns = due_ns + self._epoch_ns + late_ns
+
+    def done(self, due_ns: int) -> None:
+        """Tell whoever listens that an entry has run that was due at bench time `due_ns`."""
         if self._listener is not None:
-            self._listener.ran(late_ns, due_ns + self._epoch_ns + late_ns)
+            due_ns += self._epoch_ns
+            self._listener.ran(due_ns, self._began_ns, self.host.monotonic_ns(), spoke=self.spoke)
+        self.spoke = 0
 
     def host_ns(self, bench_ns: int) -> int:
         """Return the host's time at bench time `bench_ns`, which has passed; never too late a time."""
         return bench_ns + self._epoch_ns - self.slipped_since_ns(bench_ns)
+
+    def bench_ns(self, host_ns: int) -> int:
+        """Return the bench time at `host_ns`, which has passed; that of a slip is the one at which time stood still."""
+        epoch_ns, slipped_ns = self._epoch_ns, self.slipped_ns
+        for at_ns, slipped_before_ns in reversed(self._slip_log):
+            if host_ns - epoch_ns >= at_ns:
+                break
+            epoch_ns -= slipped_ns - slipped_before_ns
+            slipped_ns = slipped_before_ns
+            if host_ns - epoch_ns >= at_ns:
+                return at_ns
+        return host_ns - epoch_ns
 
     def look(self, due_ns: int | None) -> int:
         """Return the bench time the host has reached, slipping first if it is far beyond `due_ns`."""

@@ -223,6 +223,7 @@ class Scheduler:
                     self.now_ns = target_ns
                 return False
             self._run_first()
+            pace.done(self.now_ns)
             if condition is not None and condition():
                 return True
 
@@ -366,9 +367,32 @@ class Scheduler:
         Raises:
             InternalError: the bench is not locked.
         """
+        pace = self._locked_pace
+        return pace.host_ns(since_ns), pace.host.monotonic_ns()
+
+    def speak(self, door: int) -> None:
+        """Take note that the entry that runs sends something outside, by the door of a number."""
+        if self._pace is not None:
+            self._pace.spoke |= 1 << door
+
+    def bench_ns(self, host_ns: int) -> int:
+        """Return the bench time at the host's monotonic time `host_ns`, which has passed; on a locked bench.
+
+        Raises:
+            InternalError: the bench is not locked.
+        """
+        return self._locked_pace.bench_ns(host_ns)
+
+    @property
+    def behind_ns(self) -> int:
+        """How far the host is beyond bench time, in ns: what is done now happens so much later; 0 if not locked."""
+        return 0 if self._pace is None else max(0, self.bench_ns(self._pace.host.monotonic_ns()) - self.now_ns)
+
+    @property
+    def _locked_pace(self) -> Pace:
         if self._pace is None:
             raise InternalError("bench time is not locked to a host clock")
-        return self._pace.host_ns(since_ns), self._pace.host.monotonic_ns()
+        return self._pace
 
     @property
     def real_time_factor(self) -> float | None:

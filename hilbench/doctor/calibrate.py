@@ -11,12 +11,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from hilbench.bench.stamps import ByteStamps, PortStamps
 from hilbench.clock import NS_PER_MS, NS_PER_S, HostClock, MonotonicHostClock, Scheduler, wall_time_iso
+from hilbench.clock.precedence import OF_A_BENCH, freeze_memory, take_precedence
 from hilbench.errors import UnavailableError
 from hilbench.links import Line, Port, SerialPort
 from hilbench.links.serial_target import SerialTarget, located, parse_serial_target
+from hilbench.links.stamped import StampingProcess
 from hilbench.ports.calibration import Calibration, keep, key_of, port_at
 from hilbench.ports.listing import PortEnumerator, PortInfo, list_ports
+from hilbench.terminal import own_process
 
 __all__ = ["Calibrated", "calibrate", "measure"]
 
@@ -78,9 +82,14 @@ def calibrate(text: str, ports: PortEnumerator | None = None) -> Calibrated:
 
 def _measure_at(target: SerialTarget, key: str, info: PortInfo | None) -> Calibration:
     scheduler, clock = Scheduler(), MonotonicHostClock()
+    stamps = None
+    if own_process.is_ours():
+        stamps = PortStamps(ByteStamps(StampingProcess))
+        freeze_memory()
+        take_precedence(OF_A_BENCH)
     try:
         scheduler.lock(clock)
-        port = SerialPort(scheduler, target)
+        port = SerialPort(scheduler, target, stamps=stamps)
         try:
             return measure(
                 scheduler, clock, port, key=key, latency_ms=info.latency_ms if info else None, trips=ROUND_TRIPS
@@ -209,9 +218,10 @@ class _Echo:
         self.got.clear()
         self._pieces.clear()
 
-    def _receive(self, data: bytes, _at_ns: int) -> None:
+    def _receive(self, data: bytes, at_ns: int) -> None:
         self.got += data
-        self._pieces.append((len(data), self._clock.monotonic_ns()))
+        since_ns = self._scheduler.now_ns + self._scheduler.behind_ns - at_ns
+        self._pieces.append((len(data), self._clock.monotonic_ns() - since_ns))
 
     def _wait(self, condition: Callable[[], bool], patience_ns: int) -> None:
         self._scheduler.run_until(condition, self._scheduler.now_ns + patience_ns)

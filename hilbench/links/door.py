@@ -64,6 +64,7 @@ class Door(PortBase, ABC):
             while another one stays.
         turns: Whose turn it is to speak on the line behind; of several doors to one line, the same.
         hangs_up: Whether bytes of a client that are under way are lost when another one comes after him.
+        number: Of this door among those of its bench, from 0 on.
         on_lines: Called with the levels of DTR and RTS that the client sets, True for asserted and None for one that
             is left, and the bench time in ns; of the doors, that of RFC 2217 alone knows.
     """
@@ -86,6 +87,7 @@ class Door(PortBase, ABC):
         self.on_visit: Callable[[str], None] = _ignore_visit
         self.turns = Turns()
         self.hangs_up = True
+        self.number = 0
         self.on_lines: Callable[[bool | None, bool | None, int], None] = _ignore_lines
         self._garbled = False
         self._scheduler = scheduler
@@ -106,7 +108,7 @@ class Door(PortBase, ABC):
             scheduler,
             f"{name}.out",
             line if chip_time is None else Line(baud=0),
-            self._put,
+            self._speak,
             group_ns=_GROUP_NS,
             depth=_WAITING_BYTES,
             on_break=self._break_out,
@@ -199,6 +201,10 @@ class Door(PortBase, ABC):
     @abstractmethod
     def _release(self) -> None:
         """Close descriptors."""
+
+    def _speak(self, data: bytes, at_ns: int) -> None:
+        self._scheduler.speak(self.number)
+        self._put(data, at_ns)
 
     def _client_gone(self) -> None:
         """Learn that the client's last byte is through and the line is down."""

@@ -33,6 +33,7 @@ from hilbench.links.serial_device import (
     set_modem_lines,
 )
 from hilbench.links.serial_target import SerialTarget, located, parse_serial_target
+from hilbench.links.stamped import Stamper, Stamps
 from hilbench.links.threaded import ThreadedStream
 
 __all__ = ["WRITE_TIMEOUT_S", "SerialPort"]
@@ -64,6 +65,8 @@ class SerialPort(PortBase):
         opened: The port, if `open_serial` has opened it already.
         watch_lines: Look every 100 ms whether the far end has changed a line beside the data (`Port.on_modem`). Many
             USB adapters are asked for them, and the bench waits for the answer: so only where somebody wants to know.
+        stamps: Wants to know when bytes came and left; None if nobody does. What comes has the bench time then at which
+            it came, though this bench reads it later. A port without a descriptor is read without stamps.
 
     Raises:
         UsageError: the target is not one.
@@ -78,6 +81,7 @@ class SerialPort(PortBase):
         name: str | None = None,
         write_timeout_s: float = WRITE_TIMEOUT_S,
         watch_lines: bool = False,
+        stamps: Stamps | None = None,
         opened: Any = None,
     ) -> None:
         self.target = parse_serial_target(target) if isinstance(target, str) else target
@@ -97,7 +101,13 @@ class SerialPort(PortBase):
         self._descriptor = self._own_descriptor()
         if self._descriptor is None:
             self._stream = ThreadedStream(self._serial, drain_s=write_timeout_s)
-        self._input = Input(descriptor=(self._stream or self._serial).fileno(), read=self._read)
+        self._stamps = stamps if self._stream is None else None
+        self._stamper: Stamper | None = None
+        if self._stamps is not None and self._descriptor is not None:
+            with contextlib.suppress(OSError):
+                self._stamper = self._stamps.open(self._descriptor)
+        self._came_ns = self._asked_ns = 0
+        self._input = Input(descriptor=(self._stamper or self._stream or self._serial).fileno(), read=self._read)
         self._errors = self._count_errors()
         self._watches_lines = watch_lines
         self._levels = self.modem_lines if watch_lines else None
@@ -141,6 +151,8 @@ class SerialPort(PortBase):
         if not self.line_is_up:
             self.counters.lost += len(data)
             return
+        if self._out.idle:
+            self._asked_ns = self._scheduler.now_ns
         self._out.add(data)
         self._go_on()
 
@@ -176,6 +188,8 @@ class SerialPort(PortBase):
         self.closed = True
         self.line_is_up = False
         self._scheduler.remove_source(self._input)
+        if self._stamper is not None:
+            self._stamper.close()
         if self._stream is not None:
             self.counters.lost += self._stream.close()
         else:
@@ -310,6 +324,10 @@ class SerialPort(PortBase):
             except BlockingIOError:
                 return 0
         del self._out.first[:taken]
+        if self._stamps is not None:
+            scheduler, asked_ns = self._scheduler, self._asked_ns
+            stood_ns = scheduler.slipped_since_ns(asked_ns)
+            self._stamps.left(asked_ns, scheduler.now_ns + scheduler.behind_ns + stood_ns - asked_ns)
         if self._has_wire:
             self._out_by_ns = max(self._out_by_ns, self._scheduler.now_ns) + self._line_now.bytes_ns(taken)
         return taken
@@ -363,15 +381,33 @@ class SerialPort(PortBase):
     # --- in
 
     def _read(self, at_ns: int) -> None:
+        if self._stamper is not None:
+            self._read_stamped(self._stamper, at_ns)
+            return
         try:
             data = self._stream.take() if self._stream is not None else self._take()
         except BlockingIOError:
             return
         except OSError:
-            self._scheduler.remove_source(self._input)
-            self._in_order(at_ns, self._line_lost)
+            self._gone(at_ns)
             return
         self._in_order(at_ns, partial(self._deliver, data, at_ns))
+
+    def _read_stamped(self, stamper: Stamper, at_ns: int) -> None:
+        """Take what was read elsewhere: it comes in its turn among what is still to be done, at the time it has."""
+        assert self._stamps is not None
+        try:
+            while (read := stamper.take()) is not None:
+                self._came_ns = max(self._came_ns, self._scheduler.bench_ns(read.by_ns))
+                self._stamps.came(self._came_ns, read)
+                when_ns = max(self._came_ns, self._scheduler.now_ns)
+                self._in_order(when_ns, partial(self._deliver, read.data, self._came_ns))
+        except OSError:
+            self._gone(at_ns)
+
+    def _gone(self, at_ns: int) -> None:
+        self._scheduler.remove_source(self._input)
+        self._in_order(at_ns, self._line_lost)
 
     def _take(self) -> bytes:
         """Return what the system has; raises OSError when it has hung up."""

@@ -31,6 +31,9 @@ class FarBench(Protocol):
     def lateness(self, since_ns: int, now_ns: int) -> Lateness:
         """Return how late it was between two moments, of which the second is now."""
 
+    def due_between(self, after_ns: int, by_ns: int) -> tuple[int, int] | None:
+        """Return when was due, at the earliest and at the latest, what it wrote at a moment between two, if known."""
+
     def life_since(self, begin_ns: int) -> Callable[[int], int]:
         """Return what tells, at a moment, how much time has passed for it since now, which is `begin_ns`."""
 

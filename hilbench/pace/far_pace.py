@@ -88,6 +88,16 @@ class FarPace:
         """Return how late they were between two moments of the host's monotonic time, of which the second is now."""
         return sum((reader.lateness(since_ns, now_ns) for reader in self._readers(now_ns)), IN_TIME)
 
+    def due_between(self, after_ns: int, by_ns: int) -> tuple[int, int] | None:
+        """Return when was due, at the earliest and at the latest, what was written at a moment between two.
+
+        None where that is not known: nobody tells, or it was handed on by one after the other.
+        """
+        readers, place = self._readers(by_ns), place_of(self._where)
+        if len(readers) != 1 or readers[0].behind or place not in readers[0].doors:
+            return None
+        return readers[0].due_between(place, after_ns, by_ns)
+
     def life_since(self, begin_ns: int) -> Callable[[int], int]:
         """Return what tells at a moment how much time has passed for all of them since now, which is `begin_ns`."""
         began = [(reader, reader.lived_ns(begin_ns)) for reader in self._readers(begin_ns)]

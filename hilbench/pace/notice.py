@@ -13,6 +13,8 @@ monotonic clock, which all processes of a host share, in ns. It is an array of 6
 `_LATE`               for each bucket of `hilbench.clock.LatenessMeter`, when it was last so late: so the greatest
                       lateness since any moment can be told, however long ago that was
 `_LOSS`               a ring of the last losses: when, and how much was lost before
+`_WORDS`, `_WORD`     how many entries have sent anything outside, and a ring of the last: when each was due, began
+                      and was done, and by which doors it sent, a bit for each
 ====================  =================================================================================================
 
 Behind it stands, as JSON, which doors lead to it and which ports it has opened itself. Its owner has the file locked
@@ -45,9 +47,13 @@ __all__ = ["PaceNotice", "PaceReader", "notices"]
 _FORMAT, _BORN, _DUE, _STEP, _LOST, _LOSSES, _LATE = range(7)
 _LOSS = _LATE + LatenessMeter.BUCKETS
 _LOSSES_KEPT = 512
-_NUMBERS = _LOSS + 2 * _LOSSES_KEPT
+_WORDS = _LOSS + 2 * _LOSSES_KEPT
+_WORD = _WORDS + 1
+_WORDS_KEPT = 512
+_OF_A_WORD = 4
+_NUMBERS = _WORD + _OF_A_WORD * _WORDS_KEPT
 _BYTES = _NUMBERS * 8
-_THIS_FORMAT = 1
+_THIS_FORMAT = 2
 _NEVER_NS = 1 << 62
 _BEFORE_NS = 10 * NS_PER_MS
 """What happened so shortly before a stretch of time may still be on its way when that begins (choice)."""
@@ -106,9 +112,14 @@ class PaceNotice:
         """Tell when the next entry is due."""
         self._numbers[_DUE] = host_ns
 
-    def ran(self, late_ns: int, host_ns: int) -> None:
-        """Tell how late an entry runs."""
-        self._late.record(late_ns, host_ns)
+    def ran(self, due_ns: int, began_ns: int, done_ns: int, *, spoke: int) -> None:
+        """Tell how late an entry was done: what it did, it did no later."""
+        self._late.record(max(0, done_ns - due_ns), done_ns)
+        if spoke:
+            numbers = self._numbers
+            at = _WORD + _OF_A_WORD * (numbers[_WORDS] % _WORDS_KEPT)
+            numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3] = due_ns, began_ns, done_ns, spoke
+            numbers[_WORDS] += 1
 
     def slipped(self, slip_ns: int, host_ns: int) -> None:
         """Tell that bench time stood still."""
@@ -189,6 +200,30 @@ class PaceReader:
         meter.max_ns = _NEVER_NS
         late_ns = max(meter.max_since_ns(since_ns), now_ns - self._numbers[_DUE])
         return Lateness(late_ns=late_ns + self._numbers[_STEP], lost_ns=missed_ns + self._lost_since_ns(since_ns))
+
+    def due_between(self, place: str, after_ns: int, by_ns: int) -> tuple[int, int] | None:
+        """Return when was due, at the earliest and at the latest, what the bench sent at some moment between two.
+
+        It may have run ahead of what was due, by its step. None if nothing is remembered that it can have been.
+
+        Args:
+            place: where it sent it: of one of its doors.
+            after_ns: the first moment.
+            by_ns: the second.
+        """
+        numbers, door = self._numbers, 1 << self.doors.index(place)
+        due_ns, words = numbers[_DUE], numbers[_WORDS]  # in this order: what is being done is one of these or the other
+        found = [due_ns] if due_ns <= by_ns else []
+        for word in range(words - 1, max(0, words - _WORDS_KEPT + 1) - 1, -1):
+            at = _WORD + _OF_A_WORD * (word % _WORDS_KEPT)
+            if numbers[at + 2] < after_ns:
+                break
+            if numbers[at + 1] <= by_ns and numbers[at + 3] & door:
+                found.append(numbers[at])
+        else:
+            if words >= _WORDS_KEPT:
+                return None
+        return (min(found) - numbers[_STEP], max(found) + numbers[_STEP]) if found else None
 
     def lived_ns(self, now_ns: int) -> int:
         """Return how far the time of the bench has come at a moment, which is now, from a beginning of its own."""

@@ -38,12 +38,12 @@ class SlipsSaid:
         if self._listener is not None:
             self._listener.due(host_ns)
 
-    def ran(self, late_ns: int, host_ns: int) -> None:
-        """Learn that the host's time is `host_ns`."""
+    def ran(self, due_ns: int, began_ns: int, done_ns: int, *, spoke: int) -> None:
+        """Learn that the host's time is `done_ns`."""
         if self._listener is not None:
-            self._listener.ran(late_ns, host_ns)
-        if self._slips and host_ns >= self._next_ns:
-            self._tell(host_ns)
+            self._listener.ran(due_ns, began_ns, done_ns, spoke=spoke)
+        if self._slips and done_ns >= self._next_ns:
+            self._tell(done_ns)
 
     def slipped(self, slip_ns: int, host_ns: int) -> None:
         """Learn that bench time stood still for so long until now."""

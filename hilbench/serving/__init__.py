@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from hilbench.clock import MonotonicHostClock, Scheduler, deferred_interrupts
+from hilbench.clock.precedence import OF_A_BENCH, freeze_memory, take_precedence
 from hilbench.clock.text import seconds_text
 from hilbench.errors import UnavailableError, UsageError
 from hilbench.links import Line, PtyDoor, Rfc2217Door, TcpDoor
@@ -15,6 +16,7 @@ from hilbench.links.uart import Timeline
 from hilbench.pace.far_pace import place_of, tcp_place
 from hilbench.pace.notice import PaceNotice
 from hilbench.pace.slips import SlipsSaid
+from hilbench.terminal import own_process
 from hilbench.terminal.options import Clients, DoorWish
 from hilbench.terminal.options import PtyDoor as PtyWish
 from hilbench.terminal.options import Rfc2217Door as Rfc2217Wish
@@ -74,13 +76,28 @@ class Notice:
 
 
 def run_until_stopped(
-    scheduler: Scheduler, say: Say, condition: Callable[[], bool] | None = None, *, notice: Notice = Notice()
+    scheduler: Scheduler,
+    say: Say,
+    condition: Callable[[], bool] | None = None,
+    *,
+    notice: Notice = Notice(),
+    computes: bool = False,
 ) -> None:
     """Run in real time until a signal comes, or `condition` holds; then say how well the host kept up.
 
-    Meanwhile `notice` is where others find it, with how well the host keeps up, and slips are said.
+    Args:
+        scheduler: what runs.
+        say: takes lines meant for a person.
+        condition: ends the run when it holds; None for never.
+        notice: where others find, meanwhile, how well the host keeps up.
+        computes: it may need a processor all the time. Then it is not run before other programs of this host, which it
+            would keep from running, and would be late all the same.
     """
     with contextlib.ExitStack() as stack:
+        if own_process.is_ours():
+            freeze_memory()
+            if not computes:
+                take_precedence(OF_A_BENCH)
         host = MonotonicHostClock()
         stack.callback(host.close)
         now_ns = host.monotonic_ns()
@@ -93,6 +110,8 @@ def run_until_stopped(
 
 def _notifying(notice: Notice, now_ns: int, say: Say, stack: contextlib.ExitStack) -> PaceNotice | None:
     """Return the file that tells others; None if there is no place for it."""
+    for number, door in enumerate(notice.doors):
+        door.number = number
     places = [_place_of(door) for door in notice.doors]
     try:
         return stack.enter_context(PaceNotice(now_ns, places, behind=notice.behind, step_ns=notice.step_ns))

@@ -75,7 +75,7 @@ def serve_boards(
         if options.journal is not None:
             emulated.write_journal(options.journal, options.journal_max)
         notice = Notice(doors=served, step_ns=LOCKED_STEP_NS)
-        run_until_stopped(emulated.bench.scheduler, say, lambda: emulated.end is not None, notice=notice)
+        run_until_stopped(emulated.bench.scheduler, say, lambda: emulated.end is not None, notice=notice, computes=True)
         for door in served:
             say(traffic(door))
         if emulated.end is not None:

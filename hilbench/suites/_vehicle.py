@@ -324,10 +324,16 @@ class Vehicle:
             text = f"{len(others)} of {len(frames)} frames have another mode than {mode}, at {times} s"
             raise Violation(text, self.shown(others[:6]))
 
-    def require_steps(self, frames: Sequence[Frame], step_s: float, what: str) -> None:
+    def require_steps(self, frames: Sequence[Frame], step_s: float, what: str, *, unprompted: bool = False) -> None:
         """Require that frames begin at a steady pace.
 
         Each step is judged, and all of them together: how far off the bench may be does not grow with their number.
+
+        Args:
+            frames: the frames.
+            step_s: how far apart they begin, in seconds.
+            what: what that is called in a report.
+            unprompted: the board sends them by its own clock, because something does not come.
 
         Raises:
             Violation: they do not.
@@ -336,13 +342,13 @@ class Vehicle:
         if len(spans) > 1:
             spans.append((frames[0], frames[-1], len(spans)))
         for first, last, count in spans:
-            found_s, doubt_s = (last.start_ns - first.start_ns) / NS_PER_S, self.uncertainty_s(first.start_ns)
+            found_s, doubt_s = self.bench.span(first.start_ns, last.start_ns, unprompted=unprompted)
             name = what if count == 1 else f"{what}, {count} together"
             near(found_s, count * step_s, count * TICK_S, unit="s", what=name, uncertainty=doubt_s)
 
     def require_gap(self, first: Frame, second: Frame, least_s: float, most_s: float, what: str) -> None:
         """Require how far apart two frames begin, as far as the bench can tell."""
-        gap_s, doubt_s = (second.start_ns - first.start_ns) / NS_PER_S, self.uncertainty_s(first.start_ns)
+        gap_s, doubt_s = self.bench.span(first.start_ns, second.start_ns)
         within(gap_s, least_s, most_s, unit="s", what=what, uncertainty=doubt_s)
 
     def require_count(

@@ -83,7 +83,7 @@ def nine_misses(vehicle: Vehicle, mark: int, mode: Mode, count: int, step_s: flo
     if not found:
         raise Untimely(f"{len(frames)} frames came in {count} times {step_s:g} s", vehicle.shown(frames))
     vehicle.require_modes(frames, mode)
-    vehicle.require_steps(frames, step_s, "between frames while nothing is said")
+    vehicle.require_steps(frames, step_s, "between frames while nothing is said", unprompted=True)
 
 
 def nine_misses_around_a_status(vehicle: Vehicle, mode: Mode, step_s: float) -> None:

@@ -46,8 +46,8 @@ def test_ten_statuses_missed_are_an_emergency(vehicle: Vehicle) -> None:
     vehicle.require_modes(moving, Mode.AUTOWARE)
     after = [got for got in frames if got.start_ns >= first.start_ns]
     require_emergency(vehicle, after)
-    vehicle.require_steps([*moving, first], STATUS_MISS_S, "between frames without a status")
-    vehicle.require_steps(after, STATUS_MISS_S, "between frames of the emergency")
+    vehicle.require_steps([*moving, first], STATUS_MISS_S, "between frames without a status", unprompted=True)
+    vehicle.require_steps(after, STATUS_MISS_S, "between frames of the emergency", unprompted=True)
     require_emergencies(vehicle, len(after), 6, first.start_ns)
 
 

@@ -84,13 +84,13 @@ def test_the_emergency_in_manual(vehicle: Vehicle) -> None:
         text = f"{len(before)} frames of mode {Mode.MANUAL.value} came before the emergency, required {MISSES}"
         raise Untimely(text, vehicle.shown(before))
     unanswered = [*before[-MISSES:], first]
-    vehicle.require_steps(unanswered, MANUAL_MISS_S, "between frames without a status")
+    vehicle.require_steps(unanswered, MANUAL_MISS_S, "between frames without a status", unprompted=True)
     if len(before) > MISSES:  # else the last status came before the first frame that is looked at
         answered_s = (before[-MISSES].start_ns - before[-MISSES - 1].start_ns) / NS_PER_S
         at_most(answered_s, MANUAL_MISS_S - 2 * TICK_S, unit="s", what="the frame before them was followed after")
     vehicle.run(3.5 * STATUS_MISS_S)
     emergency = [got for got in vehicle.frames(mark) if got.start_ns >= first.start_ns]
-    vehicle.require_steps(emergency, STATUS_MISS_S, "between frames of the emergency")
+    vehicle.require_steps(emergency, STATUS_MISS_S, "between frames of the emergency", unprompted=True)
     require_emergency(vehicle, emergency)
     require_emergencies(vehicle, len(emergency), 4, first.start_ns)
 

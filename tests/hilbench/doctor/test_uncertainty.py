@@ -113,6 +113,42 @@ def test_a_check_at_a_port_takes_what_is_kept_of_it_and_says_so(tmp_path, monkey
         os.close(slave)
 
 
+class Reader:
+    """Stands in for the process that reads a port."""
+
+    runs_first = False
+
+    def __init__(self, descriptor):
+        self._descriptor = descriptor
+
+    def fileno(self):
+        return self._descriptor
+
+    def close(self):
+        """Nothing is held."""
+
+
+def test_a_check_of_the_command_itself_runs_before_others_and_has_ports_read_by_processes(monkeypatch):
+    master, slave = pty.openpty()
+    happened = []
+    here = "hilbench.bench.locked_providers."
+    monkeypatch.setattr(here + "own_process.is_ours", lambda: True)
+    monkeypatch.setattr(here + "freeze_memory", lambda: happened.append("freeze"))
+    monkeypatch.setattr(here + "take_precedence", lambda _: happened.append("first") or True)
+    monkeypatch.setattr(here + "give_way", lambda: happened.append("as others"))
+    monkeypatch.setattr(here + "StampingProcess", Reader)
+    provider = make_provider(CheckOptions(targets=(TargetChoice(spec=f"serial:{os.ttyname(slave)}"),)))
+    with closing(provider):
+        with provider.open_case(CaseInfo(id="x", clause_ids=(), seed=0)) as bench:
+            bench.finish("pass", "")
+        assert provider._bench.adapter_s == 0
+        said = provider.describe()["stamps"]
+        assert said == "by a process for each port, which Linux runs as any other (no SCHED_FIFO)"
+    assert happened == ["freeze", "first", "as others"]
+    os.close(master)
+    os.close(slave)
+
+
 @given(st.integers(0, 40), st.floats(0, 0.1))
 def test_where_nothing_is_unknown_of_the_port_there_is_no_least_uncertainty(late_ms, port_s):
     bench = locked_bench(late_ms)

@@ -33,6 +33,11 @@ def runtime(tmp_path, monkeypatch):
     return tmp_path / "hilbench" / "pace"
 
 
+def ran_late(told, late_ns, done_ns):
+    """Tell of an entry that began as late as it was done, at a moment of the host, in ns."""
+    told.ran(done_ns - late_ns, done_ns, done_ns, spoke=0)
+
+
 @pytest.fixture
 def ptys():
     """As many pseudo-terminals as are asked for, by name."""
@@ -88,13 +93,60 @@ class TestNotices:
         with PaceNotice(BORN_NS, ["a"]) as told:
             told.due(BORN_NS + 10_000 * MS)
             for late_ns, at_ms in sorted(ran, key=lambda one: one[1]):
-                told.ran(late_ns, BORN_NS + at_ms * MS)
+                ran_late(told, late_ns, BORN_NS + at_ms * MS)
             (reader,) = notices()
             since_ns = BORN_NS + since_ms * MS
             found_ns = reader.lateness(since_ns, BORN_NS + 1000 * MS).late_ns
             # The time at which a lateness was last seen is kept for all that are about as large.
             assert found_ns >= max((late for late, at_ms in ran if at_ms >= since_ms), default=0)
             assert found_ns <= max((late for late, at_ms in ran if at_ms >= since_ms - 10), default=0) * 9 / 8 + 1
+
+    @given(
+        st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9), st.integers(0, 9)), min_size=1, max_size=30),
+        st.data(),
+    )
+    def test_when_what_was_sent_was_due_is_among_what_is_told(self, entries, data):
+        """Entries one behind the other; each is that many ticks after the last, so late, and takes so long."""
+        with PaceNotice(0, ["a", "b"]) as told:
+            now, runs = 0, []
+            for after, late, takes in entries:
+                due, began = now + after, now + after + late
+                now = began + takes
+                told.due(due)
+                told.ran(due, began, now, spoke=1 if takes else 3)
+                told.ran(now, now, now, spoke=2)  # by another door
+                runs.append((due, began, now))
+            told.due(now + 100)
+            due, began, done = data.draw(st.sampled_from(runs))
+            written = data.draw(st.integers(began, done))
+            after, by = written - data.draw(st.integers(0, 20)), written + data.draw(st.integers(0, 20))
+            (reader,) = notices()
+            earliest, latest = reader.due_between("a", after, by)
+            assert earliest <= due <= latest
+            ran = [due for due, began, done in runs if began <= by and done >= after]
+            assert (earliest, latest) == (min(ran), max(ran))
+
+    def test_what_is_being_sent_right_now_counts_and_what_sent_nothing_does_not(self, ptys):
+        where = ptys()
+        with PaceNotice(0, [place_of(where)], step_ns=3) as told:
+            told.ran(100, 110, 120, spoke=1)
+            told.ran(121, 122, 130, spoke=0)
+            told.due(140)
+            far = FarPace(where)
+            assert far.due_between(115, 130) == (97, 103)
+            assert far.due_between(125, 150) == (137, 143)  # due, and not said to be done
+            assert far.due_between(121, 139) is None
+            for moment in range(200, 2000):
+                told.ran(moment, moment, moment, spoke=1)
+            assert far.due_between(115, 130) is None  # no longer remembered
+
+    def test_of_what_one_hands_on_to_another_nobody_tells_when_it_was_due(self, ptys, notice):
+        here, there, alone = ptys(), ptys(), ptys()
+        for told in (notice(here, behind=[there]), notice(there), notice(alone)):
+            told.ran(BORN_NS + 1, BORN_NS + 2, BORN_NS + 3, spoke=1)
+            told.due(BORN_NS + 9)
+        assert FarPace(alone).due_between(BORN_NS, BORN_NS + 5) == (BORN_NS + 1, BORN_NS + 1)
+        assert FarPace(here).due_between(BORN_NS, BORN_NS + 5) is None
 
     @given(st.lists(st.tuples(st.integers(1, 900), st.integers(51, 400)), max_size=30), st.integers(0, 30_000))
     def test_all_time_that_was_lost_since_a_moment_is_told(self, slips, since_ms):
@@ -242,7 +294,7 @@ class TestChains:
         (tmp_path / "there").symlink_to(there)
         for told, late_ms in ((notice(here, behind=[str(tmp_path / "there")]), 3), (notice(there), 20)):
             told.due(BORN_NS + 1000 * MS)
-            told.ran(late_ms * MS, BORN_NS + 100 * MS)
+            ran_late(told, late_ms * MS, BORN_NS + 100 * MS)
         late_ns = FarPace(here).lateness(BORN_NS + 50 * MS, BORN_NS + 200 * MS).late_ns
         assert 23 * MS <= late_ns <= 26 * MS
         assert 20 * MS <= FarPace(there).lateness(BORN_NS + 50 * MS, BORN_NS + 200 * MS).late_ns <= 26 * MS
@@ -325,14 +377,14 @@ class TestTimes:
         rig.far.run_for(10 * MS)
         since_ns = rig.near.now_ns
         before_s = rig.near.uncertainty_s(since_ns)
-        rig.notice.ran(27 * MS, rig.clock.monotonic_ns())
+        ran_late(rig.notice, 27 * MS, rig.clock.monotonic_ns())
         assert 0.027 <= rig.near.uncertainty_s(since_ns) - before_s <= 0.031
 
     def test_of_several_ports_the_latest_counts(self, rig, ptys, notice):
         where = ptys()
         told = notice(where)
         told.due(rig.clock.monotonic_ns() + 1000 * MS)
-        told.ran(40 * MS, rig.clock.monotonic_ns())
+        ran_late(told, 40 * MS, rig.clock.monotonic_ns())
         rig.near.far.append(FarPace(where))
         assert 40 * MS <= rig.near.far_lateness(0).late_ns <= 45 * MS
 

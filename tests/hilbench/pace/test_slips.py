@@ -21,7 +21,7 @@ class Told:
     def due(self, host_ns):
         self.calls.append("due")
 
-    def ran(self, late_ns, host_ns):
+    def ran(self, due_ns, began_ns, done_ns, *, spoke):
         self.calls.append("ran")
 
     def slipped(self, slip_ns, host_ns):

@@ -13,13 +13,28 @@ from protocols.carla import CommandFrame, Mode
 from tests.each import each
 
 
+class Uncertain:
+    """A bench all of whose times are so uncertain."""
+
+    def __init__(self, uncertainty_s):
+        self._uncertainty_s = uncertainty_s
+
+    def uncertainty_s(self, _since_ns):
+        return self._uncertainty_s
+
+    def span(self, first_ns, last_ns, *, unprompted=False):
+        del unprompted
+        return (last_ns - first_ns) / 1e9, self._uncertainty_s
+
+
 def judge(steps_s, uncertainty_s):
     """Judge frames that come these steps apart, where 0.1 s is required."""
     starts_s = [sum(steps_s[:count]) for count in range(len(steps_s) + 1)]
     frames = [SimpleNamespace(start_ns=round(start_s * 1e9)) for start_s in starts_s]
-    bench = SimpleNamespace(uncertainty_s=lambda _since_ns: uncertainty_s)
+    vehicle = object.__new__(Vehicle)
+    vehicle.bench = Uncertain(uncertainty_s)
     with recording() as recorded:
-        Vehicle.require_steps(bench, frames, 0.1, "between frames")
+        vehicle.require_steps(frames, 0.1, "between frames")
     return len(recorded.unclear)
 
 
@@ -51,7 +66,7 @@ def test_one_step_is_no_sum():
 def test_a_gap_is_judged_as_far_as_the_bench_can_tell(doubt_s, outcome):
     """107.9 ms where 108.9 are required: wrong, or nobody knows."""
     vehicle = object.__new__(Vehicle)
-    vehicle.bench = SimpleNamespace(uncertainty_s=lambda _since_ns: doubt_s)
+    vehicle.bench = Uncertain(doubt_s)
     first, second = (SimpleNamespace(start_ns=ns) for ns in (0, 107_881_000))
     with pytest.raises(outcome):
         vehicle.require_gap(first, second, 0.1089, 0.1611, "the gap")
