@@ -273,10 +273,9 @@ class Pin:
         """
         volts = self.volts
         now, ramps = self._pins.time.now, [one for one in self._sources.values() if isinstance(one, Ramp)]
-        if self._claim is not None or self._mode not in _PASSIVE or len(ramps) > 1:
+        if not self._is_passive or len(ramps) > 1:
             return volts, now
-        if forget not in self._forgets:
-            self._forgets.append(forget)
+        self._remember(forget)
         if volts is None or not ramps:
             return volts, NEVER
         slope, end_ns = ramps[0].slope()
@@ -402,6 +401,25 @@ class Pin:
     def claimed_by(self) -> str | None:
         """Who has taken the pad from the port, or None."""
         return self._claim.owner if self._claim else None
+
+    def holds(self, forget: Callable[[], None]) -> bool:
+        """Say whether the level stays as it is until `forget` is called, once; False: nobody knows."""
+        if not self._is_passive or any(isinstance(one, Ramp) for one in self._sources.values()):
+            return False
+        self._remember(forget)
+        return True
+
+    def is_alone(self, output: PinOutput) -> bool:
+        """Say whether a signal that the pad carries drives it alone, in the chip and outside."""
+        return not self._sources and all(other is output or other.level is None for other in self.outputs)
+
+    @property
+    def _is_passive(self) -> bool:
+        return self._claim is None and self._mode in _PASSIVE
+
+    def _remember(self, forget: Callable[[], None]) -> None:
+        if forget not in self._forgets:
+            self._forgets.append(forget)
 
     @property
     def reads_high(self) -> bool:
@@ -612,12 +630,21 @@ class Pin:
             level = output.level
             if level is None:
                 continue
-            if found is None:
-                found = level
-            elif level is not found:
-                names = ", ".join(signal.name for signal in self.outputs if signal.level is not None)
-                self._pins.notes.add("misuse", self.name, f"driven by several peripherals at once ({names})")
+            if found is not None:
+                return self._driven_by_several()
+            found = level
         return found
+
+    def _driven_by_several(self) -> bool:
+        for output in self.outputs:
+            catch_up, output.catch_up = output.catch_up, None
+            if catch_up is not None:
+                catch_up()
+        driving = [output for output in self.outputs if output.level is not None]
+        if len({output.level for output in driving}) > 1:
+            names = ", ".join(output.name for output in driving)
+            self._pins.notes.add("misuse", self.name, f"driven by several peripherals at once ({names})")
+        return driving[0].level is True
 
     def _pull_of_chip(self) -> bool | None:
         if self._claim is not None:

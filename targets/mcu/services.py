@@ -170,6 +170,12 @@ class OutputSignal(Protocol):
     def watch(self) -> Watch:
         """Say who looks at the signal."""
 
+    def tell_late(self, catch_up: Callable[[], None]) -> bool:
+        """Say whether changes may be left out while nobody looks, until `refresh` or `catch_up` is called.
+
+        They may not where others drive the pad as well: that they contradict each other is noted.
+        """
+
     def at_pin(self) -> bool:
         """Say whether a pin is configured to carry the signal, so that anybody outside can see it."""
 
@@ -190,6 +196,9 @@ class InputSignal(Protocol):
 
     def level(self) -> bool:
         """Return the present level; a floating or analog pin reads as low."""
+
+    def holds(self, forget: Callable[[], None]) -> bool:
+        """Say whether the level stays as it is, until `forget` is called, or `on_reach`; False: nobody knows."""
 
     def at_pin(self) -> bool:
         """Say whether what is outside of a pin can reach the signal: it is not analog, nor driven by the chip."""

@@ -22,12 +22,25 @@ class PinOutput:
     Attributes:
         name: such as ``TIM2_CH1``.
         level: as last set.
+        catch_up: called when another signal begins to drive one of its pads, see `tell_late`.
         wave: what it does instead, if that is too fast for edges.
         pins: the pads it is routed to.
         peers: the inputs of the same name inside the chip, if the signal stays there.
     """
 
-    __slots__ = ("_carried", "_refresh", "_watch", "level", "name", "on_watch", "pass_over", "peers", "pins", "wave")
+    __slots__ = (
+        "_carried",
+        "_refresh",
+        "_watch",
+        "catch_up",
+        "level",
+        "name",
+        "on_watch",
+        "pass_over",
+        "peers",
+        "pins",
+        "wave",
+    )
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -38,6 +51,7 @@ class PinOutput:
         self._refresh: Callable[[], None] | None = None
         self.on_watch: Callable[[], None] | None = None
         self.pass_over: Callable[[], bool] | None = None
+        self.catch_up: Callable[[], None] | None = None
         self._watch = Watch.NOBODY
         self._carried = False
 
@@ -71,6 +85,12 @@ class PinOutput:
     def watch(self) -> Watch:
         """Say who looks at the signal."""
         return self._watch
+
+    def tell_late(self, catch_up: Callable[[], None]) -> bool:
+        """Say whether changes may be left out until `refresh` or `catch_up` is called: it drives its pads alone."""
+        is_alone = all(pin.is_alone(self) for pin in self.pins if pin.alternate)
+        self.catch_up = catch_up if is_alone else None
+        return is_alone
 
     def at_pin(self) -> bool:
         """Say whether a pin is configured to carry the signal."""
@@ -154,6 +174,10 @@ class PinInput:
                 self.peer.refresh()
             return self.peer.level is True
         return self.idle
+
+    def holds(self, forget: Callable[[], None]) -> bool:
+        """Say whether the level stays as it is, until `forget` is called, or `on_reach`; False: nobody knows."""
+        return self.peer is None if self.pin is None else self.pin.holds(forget)
 
     def floats_as_idle(self) -> bool:
         """Say whether the signal idles high and its pad floats: a line whose far end sends frames drives no pad."""
