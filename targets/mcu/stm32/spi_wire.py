@@ -137,7 +137,7 @@ class SpiWire:
         if going.told >= going.halves:
             self._end()
             return
-        self._tell_half(going)
+        self._tell()
         going.sample(self._level(going.word))
         following = self._half if Watch.LIVE in (self._sck.watch(), self._mosi.watch()) else self._end
         next_half = going.told if following == self._half else going.halves

@@ -502,6 +502,15 @@ class TestLines:
         assert sampled == [bit == "1" for bit in "10110010"]
         assert sck.level is idle
 
+    def test_who_looks_at_the_cycle_of_an_edge_moves_none(self, rig):
+        rig.watch(Watch.LIVE)
+        rig.master(br=1)
+        sck, begin = rig.chip.output("SPI1_SCK"), rig.chip.time.now
+        rig.chip.time.at(begin + 2, sck.look)  # before the edge, which is entered later
+        rig.poke("DR", 0xAA)
+        rig.clocks(8, br=1)
+        assert [cycle - begin for cycle, _ in sck.edges[-16:]] == list(range(2, 34, 2))
+
     def test_a_wire_back_is_read_bit_by_bit(self, rig):
         rig.watch(Watch.LIVE)
         miso, mosi = rig.chip.input("SPI1_MISO"), rig.chip.output("SPI1_MOSI")
@@ -526,6 +535,10 @@ class TestSlave:
         assert rig.spi.exchange(0x99) == 0x42
         assert rig.flags() == {"TXE", "RXNE"}
         assert rig.peek("DR") == 0x99
+
+    def test_with_nothing_new_it_answers_what_has_come(self, rig):
+        rig.poke("CR1", SPE | SSM)
+        assert [rig.spi.exchange(word) for word in (0x12, 0x34)] == [0, 0x12]
 
     def test_by_the_pin(self, rig):
         rig.poke("CR1", SPE)
