@@ -670,15 +670,32 @@ DEFECTS = (
     _spi("a slave sends nothing", "25.3.3", "    sent = r[DR];\n", "    sent = 0;\n"),
     _spi("the rate is that of the beginning", "25.5.1", "if (!wires->clock_cycles)", "if (!wires->half_cycles)"),
     _words(
-        "a word ends with its last edge but one", "25.3.1", "2ull * wires->count * w", "(2ull * wires->count - 1) * w"
+        "a word ends with its last edge but one",
+        "25.3.1",
+        "(uint64_t)spi->wires.halves",
+        "(uint64_t)(spi->wires.halves - 1)",
     ),
-    _words("a floating pin is high", "25.3.5", "answer = high ? ", "answer = !high ? "),
-    _words("a level is never forgotten", "25.3.5", ": !wires->known)", ": false)"),
+    _words(
+        "a floating pin is high",
+        "25.3.5",
+        "wires->miso) ? UINT32_MAX >> (32 - wires->count) : 0",
+        "wires->miso) ? 0 : UINT32_MAX >> (32 - wires->count)",
+    ),
+    _words("a level is never forgotten", "25.3.5", ": !wires->known;", ": false;"),
     _words("one wire is read at MISO", "25.3.4", "wires->one_wire ? hil_spi_wants_what_comes_in(spi) : ", ""),
     _words("nobody hears what is sent", "25.3.1", "wires->asks && !promised", "false && !promised"),
     _words("MOSI stays where it was", "25.3.1", "wires->last = wires->bits & 1;", "wires->last = 0;"),
     _words("MOSI is told in the end alone", "25.3.1", "    wires->behind = 1;\n", ""),
-    _words("who looks is told nothing", "25.3.1", "if (!wires->plain || ", "if ("),
+    _words("who looks is told nothing", "25.3.1", "here = wires->plain ?", "here = true ?"),
+    _words("a wire back is sampled early", "25.3.1", "if (wires->halves++ & 1)", "if (!(wires->halves++ & 1))"),
+    _words("a wire back brings the same bit", "25.3.1", "- 1 - wires->halves / 2) & 1", "- 1) & 1"),
+    _words(
+        "who looks at a wire back is told nothing", "25.3.1", "  if (!wires->late)\n    bit", "  if (false)\n    bit"
+    ),
+    _words("a promise holds in another mode", "25.3.1", " || mode(spi) != spi->promised_mode", ""),
+    _words("what was sent meanwhile is forgotten", "25.3.1", "told[wires->heard++]", "told[wires->heard]"),
+    _words("promised bytes come again", "25.3.1", "answers[spi->answered++]", "answers[spi->answered]"),
+    _words("a promise has no end", "25.3.1", "spi->answered + bytes > spi->answer_count", "false"),
     _port(
         "BSRR: reset wins",
         "9.2.5",

@@ -172,6 +172,7 @@ class Pin:
         bank: the word of the port that has the pin.
         mask: the bit of the pin in that word.
         alternate: True if the pad is configured to carry its alternate-function output.
+        behind: called once before anybody looks, or anything changes here; see `leads_to`.
         lazy: True if a peripheral does not report each edge, so that level and record are computed when they are read.
         wave: the signal on the pad if it is too fast for edges; the level is then low.
         on_wave: called with `wave` at the cycle of every change of it.
@@ -200,6 +201,7 @@ class Pin:
         "_was_open",
         "alternate",
         "bank",
+        "behind",
         "bonded",
         "following",
         "inputs",
@@ -228,6 +230,7 @@ class Pin:
         self.mask = 1
         self.alternate = False
         self.lazy = False
+        self.behind: Callable[[], None] | None = None
         self.wave: Wave | None = None
         self.on_wave: Callable[[Wave | None], None] = lambda _wave: None
         self._pins = pins
@@ -413,6 +416,29 @@ class Pin:
         """Say whether a signal that the pad carries drives it alone, in the chip and outside."""
         return not self._sources and all(other is output or other.level is None for other in self.outputs)
 
+    def leads_to(self, other: Pin, behind: Callable[[], None]) -> bool:
+        """Say whether a wire to another pin is all that matters here, and all that decides there.
+
+        Nobody looks at either of them then, and `behind` is called once before somebody does, or anything changes.
+        """
+        wires = set(self.nets) | set(other.nets)
+        if self._mode is not PadMode.AF_PUSH_PULL or len(wires) != 1 or set(wires.pop().pins) != {self, other}:
+            return False
+        if self._is_seen or other._is_seen or other._mode is not PadMode.INPUT:
+            return False
+        if self._claim is not None or other._claim is not None or self._strong is None:
+            return False
+        if len(other._sources) != 1 or other._analog is not None or other._forgets:
+            return False
+        for pin in (self, other):
+            pin.behind = behind
+            pin.update_laziness()
+        return True
+
+    @property
+    def _is_seen(self) -> bool:
+        return bool(self._listeners or self._heard_by or self.recording or self.following)
+
     @property
     def _is_passive(self) -> bool:
         return self._claim is None and self._mode in _PASSIVE
@@ -472,6 +498,10 @@ class Pin:
 
     def refresh(self) -> None:
         """Bring level and record up to the present cycle, if port or peripheral has not told of each edge."""
+        if self.behind is not None:
+            behind, self.behind = self.behind, None
+            behind()
+            self.update_laziness()
         self.bank.catch_up()
         if self.outputs and self.alternate:
             for output in self.outputs:
@@ -555,7 +585,7 @@ class Pin:
         """Find out anew whether the level must be asked for before it is right."""
         lazy = any(output.refresh is not None and output.watch() is not Watch.LIVE for output in self.outputs)
         others = tuple(pin for pin in self.bank.lazy if pin is not self)
-        self.lazy = lazy and self.alternate
+        self.lazy = (lazy and self.alternate) or self.behind is not None
         self.bank.lazy = (*others, self) if self.lazy else others
 
     def update_wave(self) -> None:

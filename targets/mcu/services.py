@@ -170,10 +170,11 @@ class OutputSignal(Protocol):
     def watch(self) -> Watch:
         """Say who looks at the signal."""
 
-    def tell_late(self, catch_up: Callable[[], None]) -> bool:
-        """Say whether changes may be left out while nobody looks, until `refresh` or `catch_up` is called.
+    def tell_late(self, catch_up: Callable[[], None], back: InputSignal | None = None) -> bool:
+        """Say whether changes may be left out, until `refresh` or `catch_up` is called.
 
-        They may not where others drive the pad as well: that they contradict each other is noted.
+        They may while `watch` is NOBODY, but not where others drive the pad as well: that they contradict each other is
+        noted. They also may where a wire leads to an input signal alone, `back`, at which nobody looks.
         """
 
     def at_pin(self) -> bool:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from targets.mcu.pins import Pin, Pins
-from targets.mcu.services import Watch, Wave
+from targets.mcu.services import InputSignal, Watch, Wave
 
 __all__ = ["PinInput", "PinOutput", "Signals"]
 
@@ -86,11 +86,22 @@ class PinOutput:
         """Say who looks at the signal."""
         return self._watch
 
-    def tell_late(self, catch_up: Callable[[], None]) -> bool:
-        """Say whether changes may be left out until `refresh` or `catch_up` is called: it drives its pads alone."""
+    def tell_late(self, catch_up: Callable[[], None], back: InputSignal | None = None) -> bool:
+        """Say whether changes may be left out until `refresh` or `catch_up` is called: it drives its pads alone.
+
+        A wire that leads to `back` alone is no hindrance, if nobody looks there.
+        """
         is_alone = all(pin.is_alone(self) for pin in self.pins if pin.alternate)
+        if is_alone and self._watch is not Watch.NOBODY:
+            is_alone = isinstance(back, PinInput) and self._leads_to(back)
         self.catch_up = catch_up if is_alone else None
         return is_alone
+
+    def _leads_to(self, back: PinInput) -> bool:
+        """Have `refresh` called before somebody looks at the pad of `back`, if only that is wired to the pad here."""
+        if len(self.pins) != 1 or back.pin is None or self._refresh is None:
+            return False
+        return self.pins[0].leads_to(back.pin, self._refresh)
 
     def at_pin(self) -> bool:
         """Say whether a pin is configured to carry the signal."""

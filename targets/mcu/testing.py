@@ -23,7 +23,7 @@ from typing import TypeVar
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Notes
 from targets.mcu.registers import Peripheral
-from targets.mcu.services import Services, Watch, Wave
+from targets.mcu.services import InputSignal, Services, Watch, Wave
 from targets.mcu.timebase import Timebase
 
 __all__ = ["FakeBus", "FakeChip", "FakeClocks", "FakeInput", "FakeLine", "FakeOutput", "peek", "poke"]
@@ -142,9 +142,9 @@ class FakeOutput:
         if self.refresh is not None:
             self.refresh()
 
-    def tell_late(self, catch_up: Callable[[], None]) -> bool:  # noqa: ARG002
-        """Say that nobody else drives the pin."""
-        return True
+    def tell_late(self, catch_up: Callable[[], None], back: InputSignal | None = None) -> bool:  # noqa: ARG002
+        """Say that nobody else drives the pin, and no wire is at it."""
+        return self._watch is Watch.NOBODY
 
     def at_pin(self) -> bool:
         """Say whether a pin carries the signal."""

@@ -159,7 +159,10 @@ class SpiWire:
         if not half & 1 and word.drives:
             _put(self._mosi, cycle, word.bit(half))
             self._mosi_level = word.bit(half)
-        _put(self._sck, cycle, self._cpol is not (bool(half & 1) is not word.cpha))
+        _put(self._sck, cycle, self._sck_level(word, half))
+
+    def _sck_level(self, word: Word, half: int) -> bool:
+        return self._cpol is not (bool(half & 1) is not word.cpha)
 
     # --- its end
 
@@ -224,6 +227,10 @@ class UnderWay:
         for _ in range(self._looked, bits):
             self.sampled = self.sampled << 1 | level
         self._looked = bits
+
+    def resume(self, sampled: int, looked: int) -> None:
+        """Go on behind so many bits that have come in."""
+        self.sampled, self._looked = sampled, looked
 
     def cycle(self, half: int) -> int:
         """Return the cycle at which a half begins, or the first one after that."""

@@ -65,14 +65,15 @@ class _Question(enum.IntEnum):
     IDLES = 3
     RELEASES = 4
     SENDS = 5
-    PUTS = 6
-    LEVEL = 7
-    EXCHANGES = 8
-    LEFT = 9
-    REQUESTS_TX = 10
-    REQUESTS_RX = 11
-    DRIVES = 12
-    NOTES = 13
+    EDGE = 6
+    PUTS = 7
+    LEVEL = 8
+    EXCHANGES = 9
+    LEFT = 10
+    REQUESTS_TX = 11
+    REQUESTS_RX = 12
+    DRIVES = 13
+    NOTES = 14
 
 
 class _InC(BlockInC):
@@ -145,6 +146,7 @@ class _Wire(SpiWire):
 
     def __init__(self, name: str, services: Services, bus: SpiBus, in_c: _InC) -> None:
         self._in_c, self._wires = in_c, in_c.wires
+        self._tells = False
         super().__init__(name, services, bus)
         self._miso.on_reach = self._forget_miso
         bus.take_heard = self.take_heard
@@ -157,13 +159,15 @@ class _Wire(SpiWire):
 
     def idle(self, cpol: bool) -> None:
         """Be a master that waits."""
-        self._wires.late &= not self._wires.going
+        if self._wires.going:
+            self._so_far()
         super().idle(cpol)
 
     def release(self) -> None:
         """Drive nothing."""
-        super().release()
+        self._tell()
         self._in_c.let_go()
+        super().release()
 
     def level(self) -> bool:
         """Return what stands where bits come in; C remembers what stays."""
@@ -188,24 +192,60 @@ class _Wire(SpiWire):
             return b"", 0
         return self._in_c.take(), self._time.ns(self._wires.heard_at)
 
-    def send_here(self) -> None:
-        """Let the word that C has begun go over the wires."""
+    def begin(self) -> bool:
+        """Let the word that C has begun go over the wires; True: C is to do so, as MOSI leads to MISO alone."""
         self._catch_up()
-        self.send(self._word(), self._in_c.over)
+        word, wires = self._word(), self._wires
+        if word.drives and not word.one_wire and self._mosi.watch() is Watch.LIVE and self._may_be_late():
+            wires.looped = wires.late = True
+        else:
+            self.send(word, self._in_c.over)
+        return bool(wires.looped)
+
+    def edge(self) -> bool:
+        """Tell of the edge that is due of a word that C carries; return what stands at MISO."""
+        self._tell()
+        return self._miso.level()
 
     def put(self) -> None:
         """Bring the wires to the end of the word that C has carried."""
         self._catch_up()
         self._wires.going = 0
         self._to_end(self._word(), looked=self._under_way is not None)
-        self._wires.late = all(signal.tell_late(self._catch_up) for signal in (self._sck, self._mosi))
+        self._wires.late = self._may_be_late()
+
+    def _may_be_late(self) -> bool:
+        return self._sck.tell_late(self._so_far) and self._mosi.tell_late(self._so_far, self._miso)
 
     def _catch_up(self) -> None:
         """Tell MOSI how the last word that C has carried has ended; the next ones are told again as they end."""
-        self._wires.late = 0
+        self._wires.late = self._wires.looped = 0
         if self._wires.behind:
             self._wires.behind = 0
             self._put_mosi(bool(self._wires.last))
+
+    def _put_mosi(self, level: bool) -> None:
+        told, self._tells = self._tells, True
+        try:
+            super()._put_mosi(level)
+        finally:
+            self._tells = told
+
+    def _so_far(self) -> None:
+        """Tell what has been so far: CPOL may change, or another signal begins to drive a pad."""
+        self._catch_up()
+        if self._wires.going and self._wires.edges:
+            self._take_word()
+
+    def _take_word(self) -> None:
+        """Tell of the edges of the word that C carries from now on; of those that have been, what came of them."""
+        wires = self._wires
+        if self._under_way is None:
+            going = self._under_way = UnderWay(self._word(), wires.begun, self._in_c.over)
+            if wires.edges:
+                going.told = wires.halves
+                self._put_mosi(going.word.bit(wires.halves - 1))
+                self._sck.set(self._sck_level(going.word, wires.halves - 1))
 
     def _word(self) -> Word:
         wires = self._wires
@@ -222,21 +262,29 @@ class _Wire(SpiWire):
         self._wires.known = 0
 
     def _see(self) -> None:
+        """Find out who looks."""
         self._wires.plain = self._sck.watch() is self._mosi.watch() is Watch.NOBODY
 
     def _watched(self) -> None:
         self._see()
         self._tell()
+        if self._wires.going and self._wires.edges and self._under_way is not None:
+            self._under_way.resume(self._wires.sampled, self._wires.halves // 2)
         self._in_c.let_go()
         super()._watched()
 
     def _tell(self) -> None:
         """Bring levels up to the present cycle."""
-        wires = self._wires
-        self._catch_up()
-        if wires.going and self._under_way is None:
-            self._under_way = UnderWay(self._word(), wires.begun, self._in_c.over)
-        super()._tell()
+        if self._tells:
+            return  # the wire back asks for what is just being told
+        self._tells = True
+        try:
+            self._catch_up()
+            if self._wires.going:
+                self._take_word()
+            super()._tell()
+        finally:
+            self._tells = False
 
 
 class Spi(PeripheralInC):
@@ -349,7 +397,9 @@ class Spi(PeripheralInC):
         if question in (_Question.REQUESTS_TX, _Question.REQUESTS_RX):
             self._requests[question - _Question.REQUESTS_TX].set(bool(value))
         elif question == _Question.SENDS:
-            self._wire.send_here()
+            return self._wire.begin()
+        elif question == _Question.EDGE:
+            return self._wire.edge()
         elif question == _Question.PUTS:
             self._wire.put()
         elif question == _Question.DRIVES:

@@ -15,7 +15,8 @@ enum hil_spi_question {
   SPI_NSS,       /* its level */
   SPI_IDLES,     /* be a master that waits: CPOL, and NSS is driven (2) */
   SPI_RELEASES,  /* drive nothing */
-  SPI_SENDS,     /* the word is to go over the wires edge by edge; `hil_spi_over` at its end */
+  SPI_SENDS,     /* the word is to go over the wires edge by edge, and `hil_spi_over` at its end; 1: here, all the same */
+  SPI_EDGE,      /* tell of an edge; what stands at MISO then */
   SPI_PUTS,      /* bring the wires to the end of the word */
   SPI_LEVEL,     /* what stands at MISO, or at MOSI of one wire */
   SPI_EXCHANGES, /* have the slaves take these bits; SPI_SILENCE: none is selected */
@@ -37,18 +38,21 @@ typedef uint32_t (*hil_spi_ask)(uint32_t question, uint32_t value);
 
 #define SPI_SILENCE UINT32_MAX
 
-/* plain: nobody looks at SCK and MOSI, so that a word is one event at its end. late: neither need they be told of it
+/* plain: nobody looks at SCK and MOSI, so that a word is one event at its end. looped: nobody does but MISO, to which
+ *   MOSI is wired; each half of a clock is an event, as each that other chips or pins may see is. late: neither need they be told of it
  *   then; whoever looks brings them up. behind: MOSI was not told of the last one, which has ended
  *   with the level `last`.
  * going: a word is under way here, and what it is: its first cycle, the HCLK cycles of half a clock, its bits, the first
  *   one as the highest, their number, CPHA, whether MOSI is driven, and is where bits come in.
+ * edges: each half of a clock of it is an event; halves: so many have begun. sampled: the bits that have come in by them.
  * known: whoever knows of another level than `miso` at MISO takes this back.
  * asks: there are slaves. promised: bits that stand on MISO next, whatever is sent, are known for this mode and more.
  * heard: how many bytes were sent meanwhile that slaves do not know of; heard_at: the end of the last one. */
 #define HIL_SPI_WIRES_FIELDS(ONE, MANY) \
-    ONE(uint32_t, plain) ONE(uint32_t, late) ONE(uint32_t, behind) ONE(uint32_t, last) \
+    ONE(uint32_t, plain) ONE(uint32_t, looped) ONE(uint32_t, late) ONE(uint32_t, behind) ONE(uint32_t, last) \
     ONE(uint32_t, going) ONE(uint64_t, begun) ONE(uint32_t, half_cycles) ONE(uint32_t, bits) ONE(uint32_t, count) \
     ONE(uint32_t, cpha) ONE(uint32_t, drives) ONE(uint32_t, one_wire) \
+    ONE(uint32_t, edges) ONE(uint32_t, halves) ONE(uint32_t, sampled) \
     ONE(uint32_t, known) ONE(uint32_t, miso) \
     ONE(uint32_t, asks) ONE(uint32_t, promised) ONE(uint32_t, heard) ONE(uint64_t, heard_at) \
     ONE(uint32_t, clock_cycles)

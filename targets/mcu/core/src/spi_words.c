@@ -1,5 +1,7 @@
 /* A word of an SPI master on its wires and on its bus, while nobody looks at SCK and MOSI: one event at its end.
  *
+ * Where MOSI is wired to MISO, and nobody else looks, each half of a clock is an event, as it is in Python.
+ *
  * What the wires do meanwhile, and all of it where somebody looks, is Python's (targets/mcu/stm32/spi_wire.py). So are
  * the slaves outside. They may promise what they answer next, whatever is sent: then they are told of what was sent
  * later, all at once (targets/mcu/spi_bus.py). */
@@ -11,16 +13,37 @@ enum { BYTE_BITS = 8, BYTE = 0xFF };
 
 static uint64_t now(const struct hil_spi *spi) { return hil_time_of(spi->queue)->now; }
 
+/* Wait for the next half of a clock, or for the end. */
+static void await(struct hil_spi *spi) {
+  hil_event_at(spi->queue, spi->end, spi->wires.begun + (uint64_t)spi->wires.halves * spi->wires.half_cycles, 0);
+}
+
+/* A half of a clock begins; what comes in is sampled at every other one. */
+static void half(struct hil_spi *spi) {
+  struct hil_spi_wires *wires = &spi->wires;
+  uint32_t bit = wires->bits >> (wires->count - 1 - wires->halves / 2) & 1;
+  if (!wires->late)
+    bit = spi->ask(SPI_EDGE, 0);
+  if (wires->halves++ & 1)
+    wires->sampled = wires->sampled << 1 | bit;
+  await(spi);
+}
+
 /* Let the word of `wires` go over the wires; `hil_spi_ended` follows. */
 void hil_spi_send(struct hil_spi *spi) {
   struct hil_spi_wires *wires = &spi->wires;
-  if (!wires->plain || (wires->one_wire && !wires->drives)) {
-    spi->ask(SPI_SENDS, 0);
+  bool here = wires->plain ? wires->drives || !wires->one_wire : wires->looped && wires->drives && !wires->one_wire;
+  if (!here && !spi->ask(SPI_SENDS, 0))
     return;
-  }
   wires->going = 1;
   wires->begun = now(spi);
-  hil_event_at(spi->queue, spi->end, wires->begun + 2ull * wires->count * wires->half_cycles, 0);
+  wires->edges = !wires->plain;
+  wires->halves = wires->edges ? 0 : 2 * wires->count;
+  wires->sampled = 0;
+  if (wires->edges)
+    half(spi);
+  else
+    await(spi);
 }
 
 /* CPOL as it is, and CPHA of the word. */
@@ -49,21 +72,23 @@ static bool promised(struct hil_spi *spi, uint32_t *answer) {
 static uint32_t came_in(struct hil_spi *spi) {
   struct hil_spi_wires *wires = &spi->wires;
   uint32_t answer = SPI_SILENCE;
-  bool high = false;
-  if (wires->one_wire ? hil_spi_wants_what_comes_in(spi) : !wires->known)
-    high = spi->ask(SPI_LEVEL, 0);
-  else
-    high = wires->miso;
+  uint32_t at_pin = wires->sampled;
+  if (!wires->edges) {
+    bool asks = wires->one_wire ? hil_spi_wants_what_comes_in(spi) : !wires->known;
+    at_pin = (asks ? spi->ask(SPI_LEVEL, 0) : wires->miso) ? UINT32_MAX >> (32 - wires->count) : 0;
+  }
   if (wires->asks && !promised(spi, &answer))
     answer = spi->ask(SPI_EXCHANGES, 0);
-  if (answer == SPI_SILENCE)
-    answer = high ? UINT32_MAX >> (32 - wires->count) : 0;
-  return answer;
+  return answer == SPI_SILENCE ? at_pin : answer;
 }
 
 void hil_spi_on_end(void *whose) {
   struct hil_spi *spi = whose;
   struct hil_spi_wires *wires = &spi->wires;
+  if (wires->halves < 2 * wires->count) {
+    half(spi);
+    return;
+  }
   if (!wires->late) {
     spi->ask(SPI_PUTS, 0);
   } else if (wires->drives) {

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from targets.mcu.nets import Net
 from targets.mcu.pins import PadMode, Pins
 from targets.mcu.signals import Signals
+from targets.mcu.stm32.spi_wire import SpiWire
 from targets.mcu.stm32f1.spi import Spi
 from targets.mcu.testing import FakeChip
 from tests.share import examples
@@ -202,11 +203,12 @@ class Rig:
 @given(
     actions=st.lists(PROGRAM | PROGRAM | AROUND | OUTSIDE, min_size=10, max_size=60),
     slaves=st.lists(st.tuples(st.sampled_from(((0, 3), (1, 2))), st.booleans()), max_size=2),
+    looped=st.booleans(),
 )
 @settings(max_examples=examples(125))
-def test_any_program(actions, slaves):
+def test_any_program(actions, slaves, looped):
     rigs = [Rig(Spi, slaves, promising=True), Rig(Former, slaves, promising=False)]
-    for action in (("master", 0, 0, 0), ("send", 0x35), *actions, ("wait", 5000), ("told",)):
+    for action in (*[("loop",)] * looped, ("master", 0, 0, 0), ("send", 0x35), *actions, ("wait", 5000), ("told",)):
         answers = [rig.act(*action) for rig in rigs]
         assert answers[0] == answers[1], action
         states = [rig.state() for rig in rigs]
@@ -214,3 +216,22 @@ def test_any_program(actions, slaves):
             assert states[0][name] == value, (action, name)
     for pin in PINS:
         assert rigs[0].look(pin) == rigs[1].look(pin), pin
+
+
+def test_a_wire_back_needs_nobody_who_looks(monkeypatch):
+    """Words go round in C, until somebody looks in the middle of one."""
+    rig, told = Rig(Spi, [], promising=True), []
+    monkeypatch.setattr(SpiWire, "_tell_half", lambda *_more: told.append(rig.chip.time.now))
+    rig.loop()
+    rig.master(0, DFF, 0)
+    for word in (0xA5C3, 0x0001, 0x8000):
+        rig.send(word)
+        rig.wait(32)
+        assert rig.read(DR) == word
+    assert not told
+    monkeypatch.undo()
+    rig.send(0x0F0F)
+    rig.wait(9)  # the second half of the fifth bit
+    assert [rig.look(pin)[1] for pin in ("PA5", "PA6", "PA7")] == [True] * 3
+    rig.wait(23)
+    assert rig.read(DR) == 0x0F0F
