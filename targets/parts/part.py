@@ -331,7 +331,7 @@ class Part:
         raise KeyError(name)
 
     def spi_slave(self, name: str) -> SpiSlave:
-        """Return what answers at an end of `SPI_BUSES`; see `slave`."""
+        """Return what answers at an end of `SPI_BUSES`; see `slave`. A `PromisingSlave` is asked less often."""
         raise KeyError(name)
 
     def picture(self) -> Picture | None:

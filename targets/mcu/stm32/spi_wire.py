@@ -190,13 +190,10 @@ class SpiWire:
 
     def _came_in(self, word: Word, at_pin: int) -> int:
         """Return the bits of the word that has ended: those of a slave, or what stood at the pin."""
-        answer = self._exchanged(word)
-        return at_pin if answer is None else answer
-
-    def _exchanged(self, word: Word) -> int | None:
-        """Have the slaves take the word that has ended, and return what they say."""
         sent = word.bits if word.drives else (1 << word.count) - 1
-        return self._bus.exchange(sent, word.count, self._cpol << 1 | word.cpha, self._time.ns(self._time.now))
+        now_ns = self._time.ns(self._time.now)
+        answer = self._bus.exchange(sent, word.count, self._cpol << 1 | word.cpha, now_ns)
+        return at_pin if answer is None else answer
 
 
 class UnderWay:

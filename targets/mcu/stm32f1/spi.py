@@ -179,9 +179,11 @@ class _Wire(SpiWire):
 
     def exchange(self) -> int | None:
         """Have the slaves take the word that C has carried, and return what they say; C remembers what they promise."""
-        word = self._word()
-        answer = self._exchanged(word)
-        promised = self._bus.promise(self._cpol << 1 | word.cpha, _MOST_PROMISED)
+        wires = self._wires
+        count, mode = wires.count, self._cpol << 1 | wires.cpha
+        sent = wires.bits if wires.drives else (1 << count) - 1
+        answer = self._bus.exchange(sent, count, mode, self._time.ns(self._time.now))
+        promised = self._bus.promise(mode, _MOST_PROMISED)
         if promised is not None:
             self._in_c.promise(promised, len(promised))
         return answer
