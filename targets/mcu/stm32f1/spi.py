@@ -221,10 +221,12 @@ class _Wire(SpiWire):
 
     def _catch_up(self) -> None:
         """Tell MOSI how the last word that C has carried has ended; the next ones are told again as they end."""
-        self._wires.late = self._wires.looped = 0
-        if self._wires.behind:
-            self._wires.behind = 0
-            self._put_mosi(bool(self._wires.last))
+        wires = self._wires
+        wires.late = wires.looped = 0
+        if wires.behind:
+            wires.behind = 0
+            if not (wires.going and wires.edges):  # what the next one has done since is told instead
+                self._put_mosi(bool(wires.last))
 
     def _put_mosi(self, level: bool) -> None:
         told, self._tells = self._tells, True

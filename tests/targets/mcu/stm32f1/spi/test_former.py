@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from functools import partial
 
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.nets import Net
@@ -205,6 +205,7 @@ class Rig:
     slaves=st.lists(st.tuples(st.sampled_from(((0, 3), (1, 2))), st.booleans()), max_size=2),
     looped=st.booleans(),
 )
+@example(actions=[("send", 0), ("wait", 16), ("other_drives", False)], slaves=[], looped=True)
 @settings(max_examples=examples(125))
 def test_any_program(actions, slaves, looped):
     rigs = [Rig(Spi, slaves, promising=True), Rig(Former, slaves, promising=False)]
