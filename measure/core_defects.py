@@ -685,12 +685,11 @@ DEFECTS = (
     _words("one wire is read at MISO", "25.3.4", "wires->one_wire ? hil_spi_wants_what_comes_in(spi) : ", ""),
     _words("nobody hears what is sent", "25.3.1", "wires->asks && !promised", "false && !promised"),
     _words("MOSI stays where it was", "25.3.1", "wires->last = wires->bits & 1;", "wires->last = 0;"),
-    _words("MOSI is told in the end alone", "25.3.1", "    wires->behind = 1;\n", ""),
-    _words("who looks is told nothing", "25.3.1", "here = wires->plain ?", "here = true ?"),
-    _words("a wire back is sampled early", "25.3.1", "if (wires->halves++ & 1)", "if (!(wires->halves++ & 1))"),
+    _words("MOSI changes in the end alone", "25.3.1", "    wires->behind = 1;\n", ""),
+    _words("who looks sees nothing", "25.3.1", "here = wires->plain ?", "here = true ?"),
     _words("a wire back brings the same bit", "25.3.1", "- 1 - wires->halves / 2) & 1", "- 1) & 1"),
     _words(
-        "who looks at a wire back is told nothing", "25.3.1", "  if (!wires->late)\n    bit", "  if (false)\n    bit"
+        "who looks at a wire back sees nothing", "25.3.1", "  if (!wires->late)\n    bit", "  if (false)\n    bit"
     ),
     _words("a promise holds in another mode", "25.3.1", " || mode(spi) != spi->promised_mode", ""),
     _words("what was sent meanwhile is forgotten", "25.3.1", "told[wires->heard++]", "told[wires->heard]"),

@@ -219,6 +219,15 @@ def test_any_program(actions, slaves, looped):
         assert rigs[0].look(pin) == rigs[1].look(pin), pin
 
 
+def test_a_level_that_was_told_of_late_is_right():
+    rig = Rig(Spi, [], promising=True)
+    rig.master(0, 0, 0)
+    for word in (1, 2, 3, 5):
+        rig.send(word)
+        rig.wait(16)
+    assert rig.look("PA7") == (True, True)
+
+
 def test_a_wire_back_needs_nobody_who_looks(monkeypatch):
     """Words go round in C, until somebody looks in the middle of one."""
     rig, told = Rig(Spi, [], promising=True), []

@@ -404,6 +404,15 @@ class TestCrc:
         rig.clocks(40)
         assert rig.flags() == {"TXE"}
 
+    def test_one_wire_out_has_one_of_what_stands_there(self, rig):
+        rig.chip.input("SPI1_MISO").drive(True)
+        rig.master()
+        rig.transfer(1, 2)
+        rig.master(CRCEN | BIDIMODE | BIDIOE)
+        rig.poke("DR", 0x55)
+        rig.clocks(8)
+        assert rig.peek("RXCRCR") == 0, "MOSI is low"
+
     def test_crcen_begins_anew(self, rig):
         rig.slave()
         rig.master(CRCEN)
