@@ -36,6 +36,8 @@ PERIPHERALS = {
     "requests.c": ("(f767 and (dma or spi) or dmamux) and holds", [f"{STM32}/dma", f"{STM32}f7/test_spi.py"]),
     "adc_f1.c": ("every_check_holds and adc and not (f767 or h753)", [f"{STM32}f1/adc"]),
     "adc_dual.c": ("every_check_holds and adc and not (f767 or h753)", [f"{STM32}f1/adc"]),
+    "spi_f1.c": ("every_check_holds and spi and not (f767 or h753)", [f"{STM32}f1/spi"]),
+    "spi_words.c": ("every_check_holds and spi and not (f767 or h753)", [f"{STM32}f1/spi"]),
     "port.c": (
         "gpio or pins",
         [f"{STM32}f1/test_gpio.py", f"{STM32}/test_gpio_v2.py", f"{STM32}f1/test_gpio_latches.py"],
@@ -104,6 +106,14 @@ def _adc(name: str, section: str, old: str, new: str) -> Defect:
 
 def _dual(name: str, section: str, old: str, new: str) -> Defect:
     return Defect(name, f"RM0008 {section}", "adc_dual.c", old, new)
+
+
+def _spi(name: str, section: str, old: str, new: str) -> Defect:
+    return Defect(name, f"RM0008 {section}", "spi_f1.c", old, new)
+
+
+def _words(name: str, section: str, old: str, new: str) -> Defect:
+    return Defect(name, f"RM0008 {section}", "spi_words.c", old, new)
 
 
 def _entry(name: str, section: str, old: str, new: str) -> Defect:
@@ -595,6 +605,96 @@ DEFECTS = (
         " && master->slave->block.registers.values[ADC_CR2] & enable",
         "",
     ),
+    _spi("words take half as long", "25.5.1", "<< (control >> BR & 7)", "<< (control >> BR & 7) >> 1"),
+    _spi("always eight bits", "25.5.1", "control & DFF ? 16 : 8", "control & 0 ? 16 : 8"),
+    _spi("TXE stays", "25.5.3", "&= ~(uint32_t)TXE", "&= ~(uint32_t)0"),
+    _spi("TXE never comes again", "25.5.3", "|= TXE", "|= 0"),
+    _spi("DR leaves RXNE", "25.5.3", "&= ~(uint32_t)RXNE", "&= ~(uint32_t)0"),
+    _spi("RXNE never comes", "25.5.3", "    r[SR] |= RXNE;", "    ;"),
+    _spi("no overrun", "25.3.10", "r[SR] |= OVR;", ";"),
+    _spi("an overrun has the last word", "25.3.10", "r[SR] |= OVR;", "r[SR] |= OVR, r[DR] = word;"),
+    _spi("SR alone ends an overrun", "25.3.10", "*sr & OVR && spi->read_dr", "*sr & OVR"),
+    _spi("DR alone ends an overrun", "25.3.10", "&= ~(uint32_t)RXNE", "&= ~(uint32_t)(RXNE | OVR)"),
+    _spi("an overrun never ends", "25.3.10", "*sr &= ~(uint32_t)OVR;", ";"),
+    _spi(
+        "an overrun remembers a read of DR before it",
+        "25.3.10",
+        "r[SR] |= OVR;\n    spi->read_dr = false;",
+        "r[SR] |= OVR;",
+    ),
+    _spi("no mode fault by SSI", "25.3.10", "return !(control & SSI);", "return false;"),
+    _spi("no mode fault by NSS", "25.3.10", "  if (!is_master(spi))\n    return;\n", "  return;\n"),
+    _spi(
+        "a mode fault leaves MSTR",
+        "25.3.10",
+        "r[SR] |= MODF;\n    r[CR1] &= ~(uint32_t)(SPE | MSTR);",
+        "r[SR] |= MODF;",
+    ),
+    _spi("MODF holds nothing", "25.3.10", "value &= ~(uint32_t)(SPE | MSTR);", ";"),
+    _spi("MODF never ends", "25.3.10", "r[SR] &= ~(uint32_t)MODF;", ";"),
+    _spi("MODF ends with CR1 alone", "25.3.10", "if (spi->saw_modf)", "if (true)"),
+    _spi("SSOE lets NSS matter", "25.3.1", "!(values(spi)[CR2] & SSOE) && !spi", "!spi"),
+    _spi("NSS is not driven", "25.3.1", "(drives_nss ? 2 : 0)", "0"),
+    _spi("receive-only stops by itself", "25.3.5", "if (receives_only(values(spi)[CR1]))", "if (false)"),
+    _spi("RXONLY is not looked at", "25.5.1", ": control & RXONLY;", ": false;"),
+    _spi(
+        "one wire out receives",
+        "25.3.4",
+        "(control & (BIDIMODE | BIDIOE)) == (BIDIMODE | BIDIOE);",
+        "false && control;",
+    ),
+    _spi("one wire in is busy", "25.3.7", "(BIDIMODE | BIDIOE)) != BIDIMODE;", "(BIDIMODE | BIDIOE)) != 1;"),
+    _spi("BSY never comes", "25.3.7", "shows_busy(spi) ? BSY : 0", "0"),
+    _spi("LSBFIRST is not looked at", "25.5.1", "control & LSBFIRST ? reversed(word", "control & 0 ? reversed(word"),
+    _spi("the CRC is not sent", "25.3.6", "        spi->has_word = true;\n", ""),
+    _spi("the CRC is not compared", "25.3.6", "r[SR] |= CRCERR;", ";"),
+    _spi("one wire out compares its CRC", "25.3.6", "!transmits_only(control) && received", "received"),
+    _spi("CRCNEXT stays", "25.5.1", "r[CR1] &= ~(uint32_t)CRCNEXT;", ";"),
+    _spi("CRCNEXT does not wait for the last word", "25.3.6", "!spi->has_word && (spi->crc_next", "(spi->crc_next"),
+    _spi("no CRC after DMA", "25.3.7", " || last_of_dma(spi)", ""),
+    _spi("a CRC of 16 bits", "25.3.6", "crc >> (bits - 1)", "crc >> 15"),
+    _spi("CRCEN does not begin anew", "25.3.6", "r[RXCRCR] = r[TXCRCR] = 0;", ";"),
+    _spi(
+        "CRCERR is cleared by ones",
+        "25.5.3",
+        "r[SR] &= value | ~(uint32_t)CRCERR;",
+        "r[SR] &= ~value | ~(uint32_t)CRCERR;",
+    ),
+    _spi("TXEIE is not looked at", "25.3.11", "(sr & TXE && cr2 & TXEIE) || ", ""),
+    _spi("RXNEIE is not looked at", "25.3.11", "(sr & RXNE && cr2 & RXNEIE) || ", ""),
+    _spi("ERRIE is not looked at", "25.3.11", " || (sr & (OVR | MODF | CRCERR) && cr2 & ERRIE)", ""),
+    _spi("no request to send", "25.3.9", "sr & TXE && cr2 & TXDMAEN,", "false,"),
+    _spi("no request to read", "25.3.9", "sr & RXNE && cr2 & RXDMAEN}", "false}"),
+    _spi("off, a word is broken off", "25.3.8", "spi->busy && r[CR1] & MSTR", "false"),
+    _spi("no slave by MSTR", "25.3.3", "(control & (SPE | MSTR)) != SPE || ", ""),
+    _spi("a slave sends nothing", "25.3.3", "    sent = r[DR];\n", "    sent = 0;\n"),
+    _spi("the rate is that of the beginning", "25.5.1", "if (!wires->clock_cycles)", "if (!wires->half_cycles)"),
+    _words(
+        "a word ends with its last edge but one",
+        "25.3.1",
+        "(uint64_t)spi->wires.halves",
+        "(uint64_t)(spi->wires.halves - 1)",
+    ),
+    _words(
+        "a floating pin is high",
+        "25.3.5",
+        "wires->miso) ? UINT32_MAX >> (32 - wires->count) : 0",
+        "wires->miso) ? 0 : UINT32_MAX >> (32 - wires->count)",
+    ),
+    _words("a level is never forgotten", "25.3.5", ": !wires->known;", ": false;"),
+    _words("one wire is read at MISO", "25.3.4", "wires->one_wire ? hil_spi_wants_what_comes_in(spi) : ", ""),
+    _words("nobody hears what is sent", "25.3.1", "wires->asks && !promised", "false && !promised"),
+    _words("MOSI stays where it was", "25.3.1", "wires->last = wires->bits & 1;", "wires->last = 0;"),
+    _words("MOSI changes in the end alone", "25.3.1", "    wires->behind = 1;\n", ""),
+    _words("who looks sees nothing", "25.3.1", "here = wires->plain ?", "here = true ?"),
+    _words("a wire back brings the same bit", "25.3.1", "- 1 - wires->halves / 2) & 1", "- 1) & 1"),
+    _words(
+        "who looks at a wire back sees nothing", "25.3.1", "  if (!wires->late)\n    bit", "  if (false)\n    bit"
+    ),
+    _words("a promise holds in another mode", "25.3.1", " || mode(spi) != spi->promised_mode", ""),
+    _words("what was sent meanwhile is forgotten", "25.3.1", "told[wires->heard++]", "told[wires->heard]"),
+    _words("promised bytes come again", "25.3.1", "answers[spi->answered++]", "answers[spi->answered]"),
+    _words("a promise has no end", "25.3.1", "spi->answered + bytes > spi->answer_count", "false"),
     _port(
         "BSRR: reset wins",
         "9.2.5",

@@ -20,7 +20,7 @@ from hilbench.mcu.seams import Machine
 from targets.mcu.i2c_bus import RELEASED, I2cBus, I2cSlave, I2cTransaction
 from targets.mcu.i2c_pins import I2cPins
 from targets.mcu.pins import Pins
-from targets.mcu.spi_bus import SpiSlave, check_slave
+from targets.mcu.spi_bus import PromisingSlave, SpiBus, SpiSlave, check_slave, promises
 from targets.parts import Part
 
 __all__ = ["Buses"]
@@ -111,6 +111,27 @@ class _SpiAhead:
             return self._slave.exchange(byte, now_ns)
 
 
+class _PromisingAhead(_SpiAhead):
+    """One that may promise what it answers."""
+
+    def __init__(self, calls: _Calls, slave: PromisingSlave) -> None:
+        super().__init__(calls, slave)
+        self._promising = slave
+        self.promise = slave.promise
+
+    @property
+    def broken(self) -> Callable[[], None]:
+        return self._promising.broken
+
+    @broken.setter
+    def broken(self, settle: Callable[[], None]) -> None:
+        self._promising.broken = settle
+
+    def take(self, data: bytes, now_ns: int) -> None:
+        with self._at(now_ns):
+            self._promising.take(data, now_ns)
+
+
 class Buses:
     """See the module.
 
@@ -146,13 +167,17 @@ class Buses:
         if isinstance(end, BusPins):
             self._solder_to_pins(end, _I2cAhead(calls, part.slave(key)))
         elif key in part.SPI_BUSES:
-            chip.spis[end.interface].bus.attach(_SpiAhead(calls, part.spi_slave(key)))
+            self._solder_to_spi(chip.spis[end.interface].bus, part.spi_slave(key), calls)
         else:
             bus = chip.i2cs[end.interface].bus
             bus.attach(_I2cAhead(calls, part.slave(key)))
             if end not in self._followed:
                 self._followed[end] = I2cPins(bus)
                 self._followed[end].follow(*(chip.signals.input(f"{end.interface}_{wire}") for wire in ("SCL", "SDA")))
+
+    def _solder_to_spi(self, bus: SpiBus, slave: SpiSlave, calls: _Calls) -> None:
+        bus.attach(_PromisingAhead(calls, slave) if promises(slave) else _SpiAhead(calls, slave))
+        self._group.after_round.append(lambda _reached_ns: bus.settle())
 
     def _solder_to_pins(self, end: BusPins, slave: I2cSlave) -> None:
         chip = self._machines[end.board].chip

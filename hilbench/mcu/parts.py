@@ -49,6 +49,9 @@ class _Held:
         del from_ns, to_ns
         return []
 
+    def before_change(self, callback: Callable[[], None]) -> None:
+        pass
+
 
 class _Driven:
     """An output that leads nowhere or to a pin, and what was last put on it.

@@ -7,6 +7,7 @@ pin has had, by their bench time, and what it drives is put into the chip at the
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from functools import partial
 
 from hilbench.bench import Bench
@@ -30,6 +31,7 @@ class PinInput:
         self._pin = pin
         self._before = pin.level is True
         self._edges: deque[tuple[int, bool]] = deque()
+        self._before_change: list[Callable[[], None]] = []
         pin.on_edge(self._changed)
 
     def level(self) -> bool:
@@ -68,7 +70,13 @@ class PinInput:
         """Return what the chip's output latch holds, whatever the direction of the pin."""
         return self._pin.latch
 
+    def before_change(self, callback: Callable[[], None]) -> None:
+        """Have `callback` called before each change of the level, of which nothing is known then."""
+        self._before_change.append(callback)
+
     def _changed(self, _cycle: int, ns: int, level: bool | None) -> None:
+        for callback in self._before_change:
+            callback()
         self._edges.append((ns, level is True))
         oldest_ns = self._bench.now_ns - HISTORY_NS
         while self._edges[0][0] < oldest_ns:

@@ -49,6 +49,39 @@ class Chip:
         self.machine.run_to(self.machine.now_ns + ns)
 
 
+class Asked:
+    """A slave that has to be asked for each byte."""
+
+    modes = frozenset({0, 3})
+    releases = 0
+
+    def selected(self, _now_ns):
+        return True
+
+    def exchange(self, byte, _now_ns):
+        return byte
+
+    def answer(self):
+        return 0xFF
+
+
+class Display(Asked):
+    """One that takes all and answers nothing."""
+
+    def __init__(self):
+        self.shown = bytearray()
+
+    def exchange(self, byte, _now_ns):
+        self.shown.append(byte)
+        return 0xFF
+
+    def promise(self, most):
+        return b"\xff" * most
+
+    def take(self, data, _now_ns):
+        self.shown += data
+
+
 def converts_to_memory(chip, way=""):
     """ADC1 at 12 MHz, 857 143 conversions a second, of two channels."""
     chip.poke((GPIOA, 0x4444_4400))
@@ -76,6 +109,10 @@ def shifts(chip, way=""):
             slave.selected(0)
             slave.exchange(byte, 0)
         chip.machine.chip.spis["SPI1"].bus.attach(slave)
+    elif way == "asked":
+        chip.machine.chip.spis["SPI1"].bus.attach(Asked())
+    elif way == "display":
+        chip.machine.chip.spis["SPI1"].bus.attach(Display())
     chip.channel(DMA1, 2, SPI1 + 0x0C, TO_MEMORY | BYTES)
     chip.channel(DMA1, 3, SPI1 + 0x0C, FROM_MEMORY | BYTES, RING + 0x1000)
     chip.poke((SPI1 + 4, 3), (SPI1, 0x34C))
@@ -94,7 +131,9 @@ def puts_out(chip, rate):
         (converts_to_memory, "", 857_143),
         (converts_to_memory, "ramp", 857_143),
         (shifts, "", 2_250_000),
+        (shifts, "asked", 2_250_000),
         (shifts, "flash", 2_250_000),
+        (shifts, "display", 2_250_000),
         (shifts, "looped", 2_250_000),
         (puts_out, 32_000, 32_000),
         (puts_out, 500_000, 500_000),

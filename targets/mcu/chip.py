@@ -26,10 +26,11 @@ if TYPE_CHECKING:
     from targets.boards.board import Straps
     from targets.mcu.bus import Bus
     from targets.mcu.stm32.i2c import I2c
-    from targets.mcu.stm32.spi_base import BasicSpi
+    from targets.mcu.stm32.spi_fifo import FifoSpi
     from targets.mcu.stm32.spi_packets import PacketSpi
     from targets.mcu.stm32.usart_base import UsartBase
     from targets.mcu.stm32f1.i2c import I2c as I2cV1
+    from targets.mcu.stm32f1.spi import Spi
 
 __all__ = ["AskReset", "Boot", "Chip", "DeepSleep", "FlashMemory", "MakeCore", "Memory"]
 
@@ -143,7 +144,7 @@ class Chip(abc.ABC):
     peripherals: dict[str, Peripheral]
     usarts: dict[str, UsartBase]
     i2cs: Mapping[str, I2c] | Mapping[str, I2cV1] = {}
-    spis: Mapping[str, BasicSpi] | Mapping[str, PacketSpi] = {}
+    spis: Mapping[str, Spi] | Mapping[str, FifoSpi] | Mapping[str, PacketSpi] = {}
     ram: bytearray
 
     @abc.abstractmethod

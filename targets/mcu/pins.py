@@ -172,6 +172,7 @@ class Pin:
         bank: the word of the port that has the pin.
         mask: the bit of the pin in that word.
         alternate: True if the pad is configured to carry its alternate-function output.
+        behind: called once before anybody looks, or anything changes here; see `leads_to`.
         lazy: True if a peripheral does not report each edge, so that level and record are computed when they are read.
         wave: the signal on the pad if it is too fast for edges; the level is then low.
         on_wave: called with `wave` at the cycle of every change of it.
@@ -200,6 +201,7 @@ class Pin:
         "_was_open",
         "alternate",
         "bank",
+        "behind",
         "bonded",
         "following",
         "inputs",
@@ -228,6 +230,7 @@ class Pin:
         self.mask = 1
         self.alternate = False
         self.lazy = False
+        self.behind: Callable[[], None] | None = None
         self.wave: Wave | None = None
         self.on_wave: Callable[[Wave | None], None] = lambda _wave: None
         self._pins = pins
@@ -273,10 +276,9 @@ class Pin:
         """
         volts = self.volts
         now, ramps = self._pins.time.now, [one for one in self._sources.values() if isinstance(one, Ramp)]
-        if self._claim is not None or self._mode not in _PASSIVE or len(ramps) > 1:
+        if not self._is_passive or len(ramps) > 1:
             return volts, now
-        if forget not in self._forgets:
-            self._forgets.append(forget)
+        self._remember(forget)
         if volts is None or not ramps:
             return volts, NEVER
         slope, end_ns = ramps[0].slope()
@@ -403,6 +405,48 @@ class Pin:
         """Who has taken the pad from the port, or None."""
         return self._claim.owner if self._claim else None
 
+    def holds(self, forget: Callable[[], None]) -> bool:
+        """Say whether the level stays as it is until `forget` is called, once; False: nobody knows."""
+        if not self._is_passive or any(isinstance(one, Ramp) for one in self._sources.values()):
+            return False
+        self._remember(forget)
+        return True
+
+    def is_alone(self, output: PinOutput) -> bool:
+        """Say whether a signal that the pad carries drives it alone, in the chip and outside."""
+        return not self._sources and all(other is output or other.level is None for other in self.outputs)
+
+    def leads_to(self, other: Pin, behind: Callable[[], None]) -> bool:
+        """Say whether a wire to another pin is all that matters here, and all that decides there.
+
+        Nobody looks at either of them then, and `behind` is called once before somebody does, or anything changes.
+        """
+        wires = set(self.nets) | set(other.nets)
+        if self._mode is not PadMode.AF_PUSH_PULL or len(wires) != 1 or set(wires.pop().pins) != {self, other}:
+            return False
+        if self._is_seen or other._is_seen or other._mode is not PadMode.INPUT:
+            return False
+        if self._claim is not None or other._claim is not None or self._strong is None:
+            return False
+        if len(other._sources) != 1 or other._analog is not None or other._forgets:
+            return False
+        for pin in (self, other):
+            pin.behind = behind
+            pin.update_laziness()
+        return True
+
+    @property
+    def _is_seen(self) -> bool:
+        return bool(self._listeners or self._heard_by or self.recording or self.following)
+
+    @property
+    def _is_passive(self) -> bool:
+        return self._claim is None and self._mode in _PASSIVE
+
+    def _remember(self, forget: Callable[[], None]) -> None:
+        if forget not in self._forgets:
+            self._forgets.append(forget)
+
     @property
     def reads_high(self) -> bool:
         """What a digital input in the chip sees."""
@@ -454,6 +498,10 @@ class Pin:
 
     def refresh(self) -> None:
         """Bring level and record up to the present cycle, if port or peripheral has not told of each edge."""
+        if self.behind is not None:
+            behind, self.behind = self.behind, None
+            behind()
+            self.update_laziness()
         self.bank.catch_up()
         if self.outputs and self.alternate:
             for output in self.outputs:
@@ -537,7 +585,7 @@ class Pin:
         """Find out anew whether the level must be asked for before it is right."""
         lazy = any(output.refresh is not None and output.watch() is not Watch.LIVE for output in self.outputs)
         others = tuple(pin for pin in self.bank.lazy if pin is not self)
-        self.lazy = lazy and self.alternate
+        self.lazy = (lazy and self.alternate) or self.behind is not None
         self.bank.lazy = (*others, self) if self.lazy else others
 
     def update_wave(self) -> None:
@@ -612,12 +660,21 @@ class Pin:
             level = output.level
             if level is None:
                 continue
-            if found is None:
-                found = level
-            elif level is not found:
-                names = ", ".join(signal.name for signal in self.outputs if signal.level is not None)
-                self._pins.notes.add("misuse", self.name, f"driven by several peripherals at once ({names})")
+            if found is not None:
+                return self._driven_by_several()
+            found = level
         return found
+
+    def _driven_by_several(self) -> bool:
+        for output in self.outputs:
+            catch_up, output.catch_up = output.catch_up, None
+            if catch_up is not None:
+                catch_up()
+        driving = [output for output in self.outputs if output.level is not None]
+        if len({output.level for output in driving}) > 1:
+            names = ", ".join(output.name for output in driving)
+            self._pins.notes.add("misuse", self.name, f"driven by several peripherals at once ({names})")
+        return driving[0].level is True
 
     def _pull_of_chip(self) -> bool | None:
         if self._claim is not None:

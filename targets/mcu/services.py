@@ -170,6 +170,13 @@ class OutputSignal(Protocol):
     def watch(self) -> Watch:
         """Say who looks at the signal."""
 
+    def tell_late(self, catch_up: Callable[[], None], back: InputSignal | None = None) -> bool:
+        """Say whether changes may be left out, until `refresh` or `catch_up` is called.
+
+        They may while `watch` is NOBODY, but not where others drive the pad as well: that they contradict each other is
+        noted. They also may where a wire leads to an input signal alone, `back`, at which nobody looks.
+        """
+
     def at_pin(self) -> bool:
         """Say whether a pin is configured to carry the signal, so that anybody outside can see it."""
 
@@ -190,6 +197,9 @@ class InputSignal(Protocol):
 
     def level(self) -> bool:
         """Return the present level; a floating or analog pin reads as low."""
+
+    def holds(self, forget: Callable[[], None]) -> bool:
+        """Say whether the level stays as it is, until `forget` is called, or `on_reach`; False: nobody knows."""
 
     def at_pin(self) -> bool:
         """Say whether what is outside of a pin can reach the signal: it is not analog, nor driven by the chip."""

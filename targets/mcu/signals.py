@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from targets.mcu.pins import Pin, Pins
-from targets.mcu.services import Watch, Wave
+from targets.mcu.services import InputSignal, Watch, Wave
 
 __all__ = ["PinInput", "PinOutput", "Signals"]
 
@@ -22,12 +22,25 @@ class PinOutput:
     Attributes:
         name: such as ``TIM2_CH1``.
         level: as last set.
+        catch_up: called when another signal begins to drive one of its pads, see `tell_late`.
         wave: what it does instead, if that is too fast for edges.
         pins: the pads it is routed to.
         peers: the inputs of the same name inside the chip, if the signal stays there.
     """
 
-    __slots__ = ("_carried", "_refresh", "_watch", "level", "name", "on_watch", "pass_over", "peers", "pins", "wave")
+    __slots__ = (
+        "_carried",
+        "_refresh",
+        "_watch",
+        "catch_up",
+        "level",
+        "name",
+        "on_watch",
+        "pass_over",
+        "peers",
+        "pins",
+        "wave",
+    )
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -38,6 +51,7 @@ class PinOutput:
         self._refresh: Callable[[], None] | None = None
         self.on_watch: Callable[[], None] | None = None
         self.pass_over: Callable[[], bool] | None = None
+        self.catch_up: Callable[[], None] | None = None
         self._watch = Watch.NOBODY
         self._carried = False
 
@@ -71,6 +85,23 @@ class PinOutput:
     def watch(self) -> Watch:
         """Say who looks at the signal."""
         return self._watch
+
+    def tell_late(self, catch_up: Callable[[], None], back: InputSignal | None = None) -> bool:
+        """Say whether changes may be left out until `refresh` or `catch_up` is called: it drives its pads alone.
+
+        A wire that leads to `back` alone is no hindrance, if nobody looks there.
+        """
+        is_alone = all(pin.is_alone(self) for pin in self.pins if pin.alternate)
+        if is_alone and self._watch is not Watch.NOBODY:
+            is_alone = isinstance(back, PinInput) and self._leads_to(back)
+        self.catch_up = catch_up if is_alone else None
+        return is_alone
+
+    def _leads_to(self, back: PinInput) -> bool:
+        """Have `refresh` called before somebody looks at the pad of `back`, if only that is wired to the pad here."""
+        if len(self.pins) != 1 or back.pin is None or self._refresh is None:
+            return False
+        return self.pins[0].leads_to(back.pin, self._refresh)
 
     def at_pin(self) -> bool:
         """Say whether a pin is configured to carry the signal."""
@@ -154,6 +185,10 @@ class PinInput:
                 self.peer.refresh()
             return self.peer.level is True
         return self.idle
+
+    def holds(self, forget: Callable[[], None]) -> bool:
+        """Say whether the level stays as it is, until `forget` is called, or `on_reach`; False: nobody knows."""
+        return self.peer is None if self.pin is None else self.pin.holds(forget)
 
     def floats_as_idle(self) -> bool:
         """Say whether the signal idles high and its pad floats: a line whose far end sends frames drives no pad."""

@@ -23,7 +23,7 @@ from typing import TypeVar
 from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Notes
 from targets.mcu.registers import Peripheral
-from targets.mcu.services import Services, Watch, Wave
+from targets.mcu.services import InputSignal, Services, Watch, Wave
 from targets.mcu.timebase import Timebase
 
 __all__ = ["FakeBus", "FakeChip", "FakeClocks", "FakeInput", "FakeLine", "FakeOutput", "peek", "poke"]
@@ -142,6 +142,10 @@ class FakeOutput:
         if self.refresh is not None:
             self.refresh()
 
+    def tell_late(self, catch_up: Callable[[], None], back: InputSignal | None = None) -> bool:  # noqa: ARG002
+        """Say that nobody else drives the pin, and no wire is at it."""
+        return self._watch is Watch.NOBODY
+
     def at_pin(self) -> bool:
         """Say whether a pin carries the signal."""
         return self.connected
@@ -163,6 +167,7 @@ class FakeInput:
         self.on_reach: Callable[[], None] | None = None
         self._connected = True
         self._level = False
+        self._forgets: list[Callable[[], None]] = []
 
     @property
     def connected(self) -> bool:
@@ -179,6 +184,11 @@ class FakeInput:
         """Return the present level."""
         return self._level
 
+    def holds(self, forget: Callable[[], None]) -> bool:
+        """Say that the level stays until it is driven."""
+        self._forgets.append(forget)
+        return True
+
     def at_pin(self) -> bool:
         """Say whether what is outside of a pin can reach the signal."""
         return self._connected
@@ -187,6 +197,9 @@ class FakeInput:
         """Set the level from the present cycle on; who listens is told of a change."""
         if level is not self._level:
             self._level = level
+            forgets, self._forgets = self._forgets, []
+            for forget in forgets:
+                forget()
             if self.on_change is not None:
                 self.on_change(level)
 

@@ -148,6 +148,9 @@ class DigitalInput(Protocol):
     def changes(self, from_ns: int, to_ns: int) -> Sequence[tuple[int, bool]]:
         """What the level became after `from_ns` and up to `to_ns`, and when, in order; the same bounds hold."""
 
+    def before_change(self, callback: Callable[[], None]) -> None:
+        """Have `callback` called before each change of the level, of which nothing is known then; for good."""
+
 
 class DigitalOutput(Protocol):
     """A wire that a part can drive."""
@@ -184,6 +187,9 @@ class _Low:
 
     def changes(self, from_ns: int, to_ns: int) -> Sequence[tuple[int, bool]]:  # noqa: ARG002
         return ()
+
+    def before_change(self, callback: Callable[[], None]) -> None:
+        pass
 
 
 class _Nowhere:
@@ -325,7 +331,7 @@ class Part:
         raise KeyError(name)
 
     def spi_slave(self, name: str) -> SpiSlave:
-        """Return what answers at an end of `SPI_BUSES`; see `slave`."""
+        """Return what answers at an end of `SPI_BUSES`; see `slave`. A `PromisingSlave` is asked less often."""
         raise KeyError(name)
 
     def picture(self) -> Picture | None:

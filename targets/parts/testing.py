@@ -26,10 +26,13 @@ class Wire:
         self.volts: list[tuple[int, float]] = []
         self.latched: bool | None = None
         self.now_ns = 0
+        self._before_change: list[Callable[[], None]] = []
 
     def set(self, level: bool | None, at_ns: int) -> None:
         """Drive the wire; time must not go back."""
         assert not self.edges or at_ns >= self.edges[-1][0], "an output went back in time"
+        for callback in self._before_change:
+            callback()
         self.edges.append((at_ns, level))
 
     def put(self, volts: float, at_ns: int) -> None:
@@ -66,6 +69,10 @@ class Wire:
                 level = driven is True
                 found.append((ns, level))
         return found
+
+    def before_change(self, callback: Callable[[], None]) -> None:
+        """Have `callback` called before each change."""
+        self._before_change.append(callback)
 
     def latch(self) -> bool:
         """The output latch."""

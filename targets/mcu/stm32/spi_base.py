@@ -1,7 +1,8 @@
-"""What the SPI interfaces of the STM32F1 (RM0008 section 25) and the STM32F7 (RM0410 section 35) do alike.
+"""What the SPI interfaces of the STM32F7 (RM0410 section 35) have of those of the STM32F1 (RM0008 section 25).
 
-CR1 but for bit 11, the lower half of CR2, NSS and the mode fault, how words of a master follow each other, and how
-flags are cleared. A family says how wide its words are, where they wait, and what a CRC is.
+Those of the STM32F1 are in C (`targets.mcu.stm32f1.spi`). Here are CR1 but for bit 11, the lower half of CR2, NSS and
+the mode fault, how words of a master follow each other, and how flags are cleared. A subclass says how wide its words
+are, where they wait, and what a CRC is.
 
 A master is connected to `SpiBus`, where the slaves outside are, and to its pins (`spi_wire`). A slave is clocked a word
 at a time through `BasicSpi.exchange`, by whoever is its master in a test.
@@ -44,6 +45,8 @@ __all__ = [
     "LSBFIRST",
     "MODF",
     "MSTR",
+    "NO_CLOCK",
+    "NO_I2S",
     "OVR",
     "RXCRCR",
     "RXDMAEN",
@@ -66,8 +69,8 @@ RXDMAEN, TXDMAEN, SSOE, ERRIE, RXNEIE, TXEIE = (1 << bit for bit in (0, 1, 2, 5,
 RXNE, TXE, CRCERR, MODF, OVR, BSY, FRE = (1 << bit for bit in (0, 1, 4, 5, 6, 7, 8))  # FRE: not of the STM32F1
 I2SMOD = 1 << 11
 
-_SLAVE = "a slave is not clocked by the edges at its pins"
-_ABSENT_I2S = "I2S is not modelled: nothing is sent, nothing arrives"
+NO_CLOCK = "a slave is not clocked by the edges at its pins"
+NO_I2S = "I2S is not modelled: nothing is sent, nothing arrives"
 
 
 class BasicSpi(Peripheral):
@@ -83,14 +86,10 @@ class BasicSpi(Peripheral):
 
     Attributes:
         LENGTH_BIT: the name of bit 11 of CR1.
-        SLAVE: what is missing of a slave, for the ledger.
-        ABSENT_I2S: what is missing of I2S, for the ledger.
         bus: the slaves outside.
     """
 
     LENGTH_BIT: ClassVar[str]
-    SLAVE: ClassVar[str] = _SLAVE
-    ABSENT_I2S: ClassVar[str] = _ABSENT_I2S
 
     def __init__(self, name: str, base: int, services: Services, *, bus: str, irq: int, has_i2s: bool) -> None:
         self._has_i2s = has_i2s
@@ -160,7 +159,7 @@ class BasicSpi(Peripheral):
         if (value ^ before) & (LENGTH | CRCEN) and before & value & SPE:
             self.note("misuse", "CR1", f"{self.LENGTH_BIT} and CRCEN may be changed only while SPE is 0")
         if value & ~before & SPE and not value & MSTR:
-            self.note("unmodelled", "CR1.MSTR", f"{_SLAVE}: no word ever arrives")
+            self.note("unmodelled", "CR1.MSTR", f"{NO_CLOCK}: no word ever arrives")
         if value & ~before & CRCNEXT and value & CRCEN and self._master and not self._busy:
             self.note("misuse", "CR1.CRCNEXT", "set while no word is under way: the CRC follows the next one")
         self[CR1] = value

@@ -45,6 +45,8 @@ from targets.mcu.stm32.spi_base import (
     I2SPR,
     MODF,
     MSTR,
+    NO_CLOCK,
+    NO_I2S,
     OVR,
     RXCRCR,
     RXDMAEN,
@@ -86,15 +88,15 @@ class FifoSpi(BasicSpi):
 
     LENGTH_BIT = "CRCL"
     REGISTERS: ClassVar[tuple[Register, ...]] = (
-        Register("CR1", CR1, 0, 0xFFFF, fidelity=Fidelity.PARTLY, note=BasicSpi.SLAVE),
+        Register("CR1", CR1, 0, 0xFFFF, fidelity=Fidelity.PARTLY, note=NO_CLOCK),
         Register("CR2", CR2, 0x0700, 0x7FFF),
         Register("SR", SR, TXE, CRCERR, fidelity=Fidelity.PARTLY, note="UDR and CHSIDE of I2S are never set"),
         Register("DR", DR, 0, 0xFFFF),
         Register("CRCPR", CRCPR, 0x07, 0xFFFF),
         Register("RXCRCR", RXCRCR, 0, 0),
         Register("TXCRCR", TXCRCR, 0, 0),
-        Register("I2SCFGR", I2SCFGR, 0, 0x1FBF, I2SMOD, fidelity=Fidelity.PARTLY, note=BasicSpi.ABSENT_I2S),
-        Register("I2SPR", I2SPR, 2, 0x03FF, fidelity=Fidelity.ABSENT, note=BasicSpi.ABSENT_I2S),
+        Register("I2SCFGR", I2SCFGR, 0, 0x1FBF, I2SMOD, fidelity=Fidelity.PARTLY, note=NO_I2S),
+        Register("I2SPR", I2SPR, 2, 0x03FF, fidelity=Fidelity.ABSENT, note=NO_I2S),
     )
 
     def __init__(

@@ -20,7 +20,7 @@ from targets.mcu.services import InputSignal, OutputSignal, Services, Watch
 from targets.mcu.spi_bus import SpiBus
 from targets.mcu.timebase import Event
 
-__all__ = ["SpiWire", "Word"]
+__all__ = ["SpiWire", "UnderWay", "Word"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +66,7 @@ class SpiWire:
         self._bus = bus
         self._cpol = False
         self._mosi_level: bool | None = None
-        self._under_way: _UnderWay | None = None
+        self._under_way: UnderWay | None = None
         for signal in (self._sck, self._mosi):
             signal.on_watch = self._watched
 
@@ -78,11 +78,10 @@ class SpiWire:
     def idle(self, cpol: bool) -> None:
         """Be a master that waits: SCK stands at its idle level, MOSI where it was, low at first (choice)."""
         self._cpol = cpol
-        if self._under_way is None:
+        if not self.under_way:
             self._sck.set(cpol)
         if self._mosi_level is None:
-            self._mosi.set(False)
-            self._mosi_level = False
+            self._put_mosi(False)
         self._sck.refresh = self._mosi.refresh = self._tell
 
     def release(self) -> None:
@@ -101,8 +100,12 @@ class SpiWire:
         if not word.drives and word.one_wire:
             self._mosi.set(None)
             self._mosi_level = None
-        self._under_way = _UnderWay(word, self._time.now, done)
+        self._under_way = UnderWay(word, self._time.now, done)
         self._go_on()
+
+    def _put_mosi(self, level: bool) -> None:
+        self._mosi.set(level)
+        self._mosi_level = level
 
     def _go_on(self) -> None:
         """Wait for the next half of a clock where somebody may react to it, else for the end of the word."""
@@ -134,7 +137,7 @@ class SpiWire:
         if going.told >= going.halves:
             self._end()
             return
-        self._tell_half(going)
+        self._tell()
         going.sample(self._level(going.word))
         following = self._half if Watch.LIVE in (self._sck.watch(), self._mosi.watch()) else self._end
         next_half = going.told if following == self._half else going.halves
@@ -149,14 +152,17 @@ class SpiWire:
         while going.told < going.halves and going.cycle(going.told) <= now:
             self._tell_half(going)
 
-    def _tell_half(self, going: _UnderWay) -> None:
+    def _tell_half(self, going: UnderWay) -> None:
         word, half = going.word, going.told
         cycle = going.cycle(half)
         going.told += 1
         if not half & 1 and word.drives:
             _put(self._mosi, cycle, word.bit(half))
             self._mosi_level = word.bit(half)
-        _put(self._sck, cycle, self._cpol is not (bool(half & 1) is not word.cpha))
+        _put(self._sck, cycle, self._sck_level(word, half))
+
+    def _sck_level(self, word: Word, half: int) -> bool:
+        return self._cpol is not (bool(half & 1) is not word.cpha)
 
     # --- its end
 
@@ -164,17 +170,20 @@ class SpiWire:
         going = self._under_way
         assert going is not None
         word = going.word
-        if going.told or Watch.RECORD in (self._sck.watch(), self._mosi.watch()):
-            self._tell()
-        elif word.drives:
-            self._mosi.set(bool(word.bits & 1))
-            self._mosi_level = bool(word.bits & 1)
-        self._under_way = None
-        if self._sck.refresh is not None:
-            self._sck.set(self._cpol)
+        self._to_end(word, looked=going.told > 0 or Watch.RECORD in (self._sck.watch(), self._mosi.watch()))
         going.told = going.halves
         going.sample(self._level(word))
         going.done(self._came_in(word, going.sampled))
+
+    def _to_end(self, word: Word, *, looked: bool) -> None:
+        """Bring the wires to the end of a word, with all its edges if somebody looks."""
+        if looked:
+            self._tell()
+        elif word.drives:
+            self._put_mosi(bool(word.bits & 1))
+        self._under_way = None
+        if self._sck.refresh is not None:
+            self._sck.set(self._cpol)
 
     def _level(self, word: Word) -> bool:
         return (self._back if word.one_wire else self._miso).level()
@@ -187,7 +196,7 @@ class SpiWire:
         return at_pin if answer is None else answer
 
 
-class _UnderWay:
+class UnderWay:
     """A word on the wires.
 
     Attributes:
@@ -215,6 +224,10 @@ class _UnderWay:
         for _ in range(self._looked, bits):
             self.sampled = self.sampled << 1 | level
         self._looked = bits
+
+    def resume(self, sampled: int, looked: int) -> None:
+        """Go on behind so many bits that have come in."""
+        self.sampled, self._looked = sampled, looked
 
     def cycle(self, half: int) -> int:
         """Return the cycle at which a half begins, or the first one after that."""

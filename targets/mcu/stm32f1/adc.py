@@ -109,6 +109,10 @@ class _Either:
         """Return the level of the one that counts."""
         return (self._other if self._moved() else self._usual).level()
 
+    def holds(self, forget: Callable[[], None]) -> bool:  # noqa: ARG002
+        """Nobody knows: either may count at any time."""
+        return False
+
     def at_pin(self) -> bool:
         """Neither is at a pin."""
         return False

@@ -49,6 +49,10 @@ class InputChoice:
         """Return the present level."""
         return self._chosen.level()
 
+    def holds(self, forget: Callable[[], None]) -> bool:  # noqa: ARG002
+        """Nobody knows: another may be chosen."""
+        return False
+
     def at_pin(self) -> bool:
         """Say whether what is outside of a pin can reach the signal."""
         return self._chosen.at_pin()

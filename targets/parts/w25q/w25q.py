@@ -31,6 +31,7 @@ _US, _MS = 1000, 1_000_000
 _STATUS = {0x05: 0, 0x35: 1, 0x15: 2}
 _WRITE_STATUS = {0x01: 0, 0x31: 1, 0x11: 2}
 _WRITABLE = (0xFC, 0x43, 0x60)
+_READS = {0x03: 4, 0x0B: 5}  # by command: the number of the first byte that is read
 _WHOLE = (0xC7, 0x60)
 _ERASES = {0x20: SECTOR_BYTES, 0x52: 8 * SECTOR_BYTES, 0xD8: 16 * SECTOR_BYTES}
 _CHANGES = frozenset({0x02, *_WHOLE, *_ERASES})
@@ -110,6 +111,8 @@ class W25q(Part):
         self._asleep = self._reset_armed = False
         self._volatile = False
         self.releases = 0  # of chip select, so far
+        self.broken: Callable[[], None] = lambda: None
+        self._cs.before_change(self._before_select)
 
     def spi_slave(self, name: str) -> SpiSlave:
         """Return what answers on the bus; raises KeyError as `Part.spi_slave` does."""
@@ -124,6 +127,9 @@ class W25q(Part):
         self.look(now_ns)
 
     # --- the bus
+
+    def _before_select(self) -> None:
+        self.broken()
 
     def selected(self, now_ns: int) -> bool:
         """Say whether chip select is low."""
@@ -154,6 +160,23 @@ class W25q(Part):
         """Return the byte that goes out while the next one comes in."""
         return self._answer(len(self._open)) if self._open else 0xFF
 
+    def promise(self, most: int) -> bytes | None:
+        """Return what goes out next where that does not depend on what comes in, nor on time."""
+        if self._cs.level_at(self._looked_ns):
+            return b""
+        number, first = len(self._open), _READS.get(self._open[0], 0) if self._open else 0
+        if number and self._answer is _nothing:
+            return b"\xff" * most
+        if not first or number < first or self._answer is _nothing:
+            return None
+        begin = (self._address(bytes(self._open[:4])) + number - first) % len(self.array.data)
+        return bytes(self.array.data[begin : begin + most])
+
+    def take(self, data: bytes, now_ns: int) -> None:
+        """Take bytes that have come in meanwhile."""
+        self.look(now_ns)
+        self._open += data
+
     # --- commands
 
     def _begin(self, command: int, now_ns: int) -> Callable[[int], int]:
@@ -164,8 +187,7 @@ class W25q(Part):
         if busy or (self._asleep and command != 0xAB):
             return _nothing
         return {
-            0x03: lambda number: self._read(number, first=4),
-            0x0B: lambda number: self._read(number, first=5),
+            **dict.fromkeys(_READS, lambda number: self._read(number, first=_READS[command])),
             0x9F: lambda number: (MAKER, KIND, DEVICES[self._settings.megabits] + 1)[(number - 1) % 3],
             0x90: lambda number: 0xFF if number < 4 else self._maker_and_device(number - 4),
             0xAB: lambda number: 0xFF if number < 4 else DEVICES[self._settings.megabits],
@@ -278,6 +300,15 @@ class _Slave:
     def __init__(self, flash: W25q) -> None:
         self._flash = flash
         self.selected, self.exchange, self.answer = flash.selected, flash.exchange, flash.answer
+        self.promise, self.take = flash.promise, flash.take
+
+    @property
+    def broken(self) -> Callable[[], None]:
+        return self._flash.broken
+
+    @broken.setter
+    def broken(self, settle: Callable[[], None]) -> None:
+        self._flash.broken = settle
 
     @property
     def releases(self) -> int:

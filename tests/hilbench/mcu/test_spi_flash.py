@@ -11,7 +11,7 @@ from hilbench.errors import UsageError
 from hilbench.mcu.emulated import EmulatedBench
 from hilbench.mcu.under_test import boards_under_test
 from targets.firmware import image_path
-from targets.parts.w25q.w25q import _Slave
+from targets.parts.w25q.w25q import W25q, _Slave
 
 BENCH = f"""
 version = 1
@@ -65,6 +65,16 @@ def test_it_is_identified_erased_programmed_and_read_in_three_ways(run):
         ("erase", 0x12000), ("program", 0x12000), ("program", 0x12100), ("program", 0x12200),
     ]  # fmt: skip
     assert not emulated.notes()
+
+
+@pytest.mark.exhaustive("the flash alone is held against itself in parts/test_w25q.py")
+def test_what_the_flash_promises_changes_nothing(run, monkeypatch):
+    ways = []
+    for promise in (W25q.promise, lambda _flash, _most: None):
+        monkeypatch.setattr(W25q, "promise", promise)
+        said, emulated = run(FLASH)
+        ways.append((said, list(emulated.bench.journal.recent)))
+    assert ways[0] == ways[1]
 
 
 @pytest.mark.parametrize("chip", ["f767", "h753"])

@@ -20,7 +20,6 @@ from targets.mcu.stm32.iwdg import Iwdg
 from targets.mcu.stm32.mco import Choice
 from targets.mcu.stm32.oscillator import Oscillator
 from targets.mcu.stm32.rcc import BasicRcc
-from targets.mcu.stm32.spi_base import BasicSpi
 from targets.mcu.stm32.spi_wire import SpiWire
 from targets.mcu.stm32.tim.breaks import Breaks
 from targets.mcu.stm32.tim.core import TimerCore
@@ -43,7 +42,6 @@ from targets.mcu.stm32f1.i2c_smbus import AlertPin, LowLimit
 from targets.mcu.stm32f1.pwr import Pwr
 from targets.mcu.stm32f1.rcc import Rcc
 from targets.mcu.stm32f1.rtc import Rtc
-from targets.mcu.stm32f1.spi import Spi
 from targets.mcu.stm32f1.usart import Usart
 from tests.targets.firmware.defect import Defect, finds_it, some
 
@@ -186,34 +184,7 @@ DEFECTS = [
     Defect("a pulse never ends", "rtc-output", Rtc, "_rise", "self.on_pulse(False)", "None"),
     Defect("an alarm is every second", "rtc-output", Bkp, "_put_out", "SECF if chosen & ASOS else ALRF", "SECF"),
     Defect("BDRST leaves the output", "rtc-output", Bkp, "reset_backup", "self._put_out()", "pass"),
-    # --- SPI
-    Defect(
-        "words take half as long",
-        "spi",
-        BasicSpi,
-        "_half_cycles",
-        "<< (self[CR1] >> 3 & 7)",
-        "<< (self[CR1] >> 3 & 7) >> 1",
-    ),
-    Defect("always eight bits", "spi", Spi, "_bits", "16 if self[CR1] & DFF else 8", "8"),
-    Defect("TXE stays", "spi", Spi, "write_DR", "&= ~TXE", "&= ~0"),
-    Defect("DR leaves RXNE", "spi", Spi, "read_DR", "&= ~RXNE", "&= ~0"),
-    Defect("no overrun", "spi", Spi, "_received", "|= OVR", "|= 0"),
-    Defect(
-        "an overrun has the last word", "spi", Spi, "_received", "self[SR] |= OVR", "self[SR] |= OVR; self[DR] = word"
-    ),
-    Defect("SR alone ends an overrun", "spi", BasicSpi, "read_SR", "and self._read_dr", ""),
-    Defect("no mode fault by SSI", "spi", BasicSpi, "_selected", "return not control & SSI", "return False"),
-    Defect("no mode fault by NSS", "spi", BasicSpi, "_nss_changed", "self._master and not level", "False"),
-    Defect("MODF holds nothing", "spi", BasicSpi, "write_CR1", "value &= ~(SPE | MSTR)", "pass"),
-    Defect("MODF never ends", "spi", BasicSpi, "write_CR1", "self[SR] &= ~MODF", "pass"),
-    Defect("receive-only stops by itself", "spi", BasicSpi, "_proceed", "if self._receives_only", "if False"),
-    Defect("one wire out receives", "spi", Spi, "_word_over", "if not self._transmits_only:", "if True:"),
-    Defect("LSBFIRST is not looked at", "spi", BasicSpi, "_begin", "if self._lsb_first", "if False"),
-    Defect("the CRC is not sent", "spi", Spi, "_word_over", "self._waiting = self[TXCRCR]", "pass"),
-    Defect("the CRC is not compared", "spi", Spi, "_word_over", "self[SR] |= CRCERR", "pass"),
-    Defect("RXNEIE is not looked at", "spi", BasicSpi, "_update", "flags & RXNE and enables & RXNEIE", "False"),
-    Defect("no request to send", "spi", BasicSpi, "_update", "flags & TXE and enables & TXDMAEN", "False"),
+    # --- SPI: flags and words are in C
     Defect("SCK idles low", "spi", SpiWire, "idle", "self._sck.set(cpol)", "self._sck.set(False)"),
     # --- TIM
     Defect("UG sets UIF in spite of URS", "tim", TimerEffects, "_reinitialise", "if self[CR1] & URS", "if False"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from targets.mcu.spi_bus import SpiBus
@@ -12,6 +12,7 @@ from targets.parts.w25q import W25q
 from targets.parts.w25q.array import Array
 from targets.parts.w25q.w25q import FlashChanged, FlashIgnored, W25qSettings
 from tests.each import each
+from tests.share import examples
 
 WREN, READ, PROGRAM, STATUS, SECTOR = 0x06, 0x03, 0x02, 0x05, 0x20
 BYTE_NS = 1000
@@ -248,3 +249,59 @@ def test_words_may_end_within_a_byte():
     assert rig.nibbles(bus, 0x9, 0xF, *(0,) * 6) == [0xF, 0xF, 0xE, 0xF, 0x4, 0x0, 0x1, 0x7]
     assert rig.nibbles(bus, 0x9) == [0xF]
     assert rig.nibbles(bus, 0x0, 0x5, 0, 0) == [0xF, 0xF, 0, 0]
+
+
+class Ahead(Rig):
+    """A master that takes what the flash promises, and tells it what it has sent later."""
+
+    def __init__(self, **settings):
+        super().__init__(**settings)
+        self.promised, self.sent, self.sent_ns = b"", bytearray(), 0
+        self.slave.broken = self.tell
+
+    def tell(self):
+        if self.sent:
+            self.slave.take(bytes(self.sent), self.sent_ns)
+        self.promised = b""
+        self.sent.clear()
+
+    def transfer(self, *command, read=0):
+        self.wait(BYTE_NS)
+        self.cs.set(False, self.now_ns)
+        found = bytearray()
+        for byte in (*command, *(0,) * read):
+            self.wait(BYTE_NS)
+            if self.promised:
+                found.append(self.promised[0])
+                self.promised = self.promised[1:]
+                self.sent.append(byte)
+                self.sent_ns = self.now_ns
+                continue
+            self.tell()
+            assert self.slave.selected(self.now_ns)
+            found.append(self.slave.exchange(byte, self.now_ns))
+            self.promised = self.slave.promise(5) or b""
+        self.wait(BYTE_NS)
+        self.cs.set(True, self.now_ns)
+        self.wait(BYTE_NS)
+        assert not self.slave.selected(self.now_ns)
+        assert self.slave.promise(5) == b""
+        return bytes(found[len(command) :])
+
+
+READING = st.tuples(st.sampled_from((READ, 0x0B)), st.just(0), st.integers(0, 1), st.integers(0, 255))
+WRITING = st.tuples(st.just(PROGRAM), st.just(0), st.integers(0, 1), st.integers(0, 255), st.integers(0, 255))
+ANY = st.lists(st.integers(0, 255), min_size=1, max_size=6).map(tuple)
+OTHER = st.sampled_from(((WREN,), (SECTOR, 0, 0, 0), (STATUS,), (0x9F,), (0xB9,), (0xAB,), (0x90, 0, 0, 0)))
+
+
+@given(commands=st.lists(st.tuples(READING | WRITING | OTHER | ANY, st.integers(0, 40)), max_size=15))
+@settings(max_examples=examples(50))
+def test_it_keeps_what_it_promises(commands):
+    rigs = [Rig(megabits=32), Ahead(megabits=32)]
+    for rig in rigs:
+        rig.flash.array.data[-50:] = range(50)
+    for command, more in (((READ, 0x3F, 0xFF, 0xE0), 60), *commands, ((READ, 0, 0, 0), 300)):
+        answers = [rig.transfer(*command, read=more) for rig in rigs]
+        assert answers[0] == answers[1], command
+    assert [event for _, event in rigs[0].bench.events] == [event for _, event in rigs[1].bench.events]

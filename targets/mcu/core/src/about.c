@@ -3,6 +3,7 @@
 #include "adc_f1.h"
 #include "cpu.h"
 #include "port.h"
+#include "spi_f1.h"
 #include "usart.h"
 
 #include <stddef.h>
@@ -50,6 +51,9 @@ static const struct hil_row rows[] = {
 #undef STRUCT
 #define STRUCT hil_adc_inputs
     WHOLE HIL_ADC_INPUTS_FIELDS(ONE, MANY)
+#undef STRUCT
+#define STRUCT hil_spi_wires
+    WHOLE HIL_SPI_WIRES_FIELDS(ONE, MANY)
 #undef STRUCT
 #define STRUCT hil_systick
     WHOLE HIL_SYSTICK_FIELDS(ONE, MANY)

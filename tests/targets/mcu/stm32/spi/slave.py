@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["Slave"]
+__all__ = ["Promising", "Slave"]
 
 
 class Slave:
@@ -29,3 +29,34 @@ class Slave:
     @property
     def bytes(self):
         return bytes(byte for byte, _ in self.taken)
+
+    def select(self, on):
+        self.on = on
+        self.releases += not on
+
+
+class Promising(Slave):
+    """The same, where every fifth answer is one that it will not promise."""
+
+    def __init__(self, *answers, **about):
+        super().__init__(*answers, **about)
+        self.asked = 0
+        self.broken = lambda: None
+
+    def exchange(self, byte, now_ns):
+        self.asked += 1
+        return super().exchange(byte, now_ns)
+
+    def promise(self, most):
+        if not self.on:
+            return b""
+        known = 4 - len(self.taken) % 5
+        return bytes((self.answers[:known] + [0xFF] * known)[:known])[:most] or None
+
+    def take(self, data, now_ns):
+        for byte in data:
+            super().exchange(byte, now_ns)
+
+    def select(self, on):
+        self.broken()
+        super().select(on)

@@ -38,8 +38,8 @@ class Rig:
         for signal in ("SCK", "MOSI"):
             self.chip.output(f"SPI1_{signal}").set_watch(watch)
 
-    def slave(self, *answers, **about):
-        slave = Slave(*answers, **about)
+    def slave(self, *answers, kind=Slave, **about):
+        slave = kind(*answers, **about)
         self.spi.bus.attach(slave)
         return slave
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from targets.mcu.services import Watch
 from targets.mcu.stm32.spi_crc import crc_of
 from tests.each import each
+from tests.targets.mcu.stm32.spi.slave import Promising
 
 CPHA, CPOL, MSTR, SPE, LSBFIRST, SSI, SSM, RXONLY, DFF, CRCNEXT, CRCEN, BIDIOE, BIDIMODE = (
     1 << bit for bit in (0, 1, 2, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)
@@ -209,6 +210,67 @@ class TestWords:
         assert rig.peek("DR") == 0x77
 
 
+class TestPromises:
+    """A slave that knows what it answers is not asked for each word, and hears all the same."""
+
+    @pytest.mark.parametrize("more", [0, DFF])
+    def test_what_was_promised_is_answered_and_what_was_sent_is_told(self, rig, more):
+        slave = rig.slave(*range(100), kind=Promising)
+        rig.master(more)
+        bits, words = (16, range(0x100, 0x128)) if more else (8, range(80))
+        found = rig.transfer(*words, bits=bits)
+        rig.spi.bus.settle()
+        size = bits // 8
+        assert b"".join(word.to_bytes(size, "big") for word in found) == bytes(range(80))
+        assert slave.bytes == b"".join(word.to_bytes(size, "big") for word in words)
+        assert slave.asked < 80 // 2
+
+    def test_chip_select_ends_it(self, rig):
+        slave = rig.slave(1, 2, 3, 4, 5, kind=Promising)
+        rig.master()
+        assert rig.transfer(0x11, 0x22) == [1, 2]
+        slave.select(False)
+        assert slave.bytes == b"\x11\x22"
+        assert rig.transfer(0x33) == [0]
+        slave.select(True)
+        assert rig.transfer(0x44) == [3]
+
+    def test_nor_is_it_asked_while_it_is_not_selected(self, rig, monkeypatch):
+        slave, asked = rig.slave(kind=Promising), []
+        slave.on = False
+        monkeypatch.setattr(slave, "selected", lambda now_ns: asked.append(now_ns) or slave.on)
+        rig.master()
+        rig.chip.input("SPI1_MISO").drive(True)
+        assert rig.transfer(*range(9)) == [0xFF] * 9
+        assert len(asked) == 1
+
+    def test_another_mode_ends_it(self, rig):
+        slave = rig.slave(*[0x81] * 9, kind=Promising)
+        rig.master()
+        assert rig.transfer(1, 2) == [0x81] * 2
+        rig.master(CPHA)
+        assert rig.transfer(3, 4) == [0xC0, 0xC0]
+        assert slave.bytes == b"\x01\x02\x81\x82"
+
+    def test_who_is_soldered_meanwhile_is_asked(self, rig):
+        rig.slave(*[0xF0] * 9, kind=Promising)
+        rig.master()
+        assert rig.transfer(1) == [0xF0]
+        rig.slave(*[0x3C] * 9)
+        assert rig.transfer(2) == [0x30]
+
+    def test_times_are_those_of_the_clock_of_then(self, rig):
+        slave = rig.slave(*range(9), kind=Promising)
+        told = []
+        slave.take = lambda data, now_ns: told.append((data, now_ns))
+        rig.master()
+        rig.transfer(1, 2, 3)
+        rig.chip.change_clock(8_000_000)
+        rig.chip.advance(1000)
+        rig.spi.bus.settle()
+        assert told == [(b"\x02\x03", 666)]
+
+
 class TestErrors:
     def test_overrun(self, rig):
         """What is in DR stays; the flag ends with a read of DR and then of SR."""
@@ -227,6 +289,7 @@ class TestErrors:
 
     def test_a_read_of_sr_alone_ends_no_overrun(self, rig):
         rig.master()
+        rig.transfer(4)  # DR was read, but before it
         for word in (5, 6):
             rig.poke("DR", word)
             rig.clocks(8)
@@ -305,6 +368,7 @@ class TestCrc:
         sent = crc_of(crc_of(0, 0x12, 7, 8), 0x34, 7, 8)
         assert slave.bytes == bytes((0x12, 0x34, sent))
         assert rig.peek("TXCRCR") == sent
+        assert not rig.peek("CR1") & CRCNEXT
         assert ("CRCERR" in rig.flags()) is bool(wrong)
         assert rig.irq.level is bool(wrong)
         rig.poke("SR", 0)
@@ -322,6 +386,32 @@ class TestCrc:
         rig.poke("CR1", MASTER | CRCEN | CRCNEXT)
         rig.clocks(16)
         assert rig.chip.noted("misuse") == ["SPI1_CR1.CRCNEXT"]
+
+    def test_it_waits_for_the_word_that_waits(self, rig):
+        slave = rig.slave()
+        rig.master(CRCEN)
+        rig.poke("DR", 1)
+        rig.poke("DR", 2)
+        rig.poke("CR1", MASTER | CRCEN | CRCNEXT)
+        rig.clocks(40)
+        assert slave.bytes == bytes((1, 2, crc_of(crc_of(0, 1, 7, 8), 2, 7, 8)))
+
+    def test_one_wire_out_has_none_to_compare(self, rig):
+        rig.slave(1, 2, 3)
+        rig.master(CRCEN | BIDIMODE | BIDIOE)
+        rig.poke("DR", 1)
+        rig.poke("CR1", MASTER | CRCEN | BIDIMODE | BIDIOE | CRCNEXT)
+        rig.clocks(40)
+        assert rig.flags() == {"TXE"}
+
+    def test_one_wire_out_has_one_of_what_stands_there(self, rig):
+        rig.chip.input("SPI1_MISO").drive(True)
+        rig.master()
+        rig.transfer(1, 2)
+        rig.master(CRCEN | BIDIMODE | BIDIOE)
+        rig.poke("DR", 0x55)
+        rig.clocks(8)
+        assert rig.peek("RXCRCR") == 0, "MOSI is low"
 
     def test_crcen_begins_anew(self, rig):
         rig.slave()
@@ -421,6 +511,15 @@ class TestLines:
         assert sampled == [bit == "1" for bit in "10110010"]
         assert sck.level is idle
 
+    def test_who_looks_at_the_cycle_of_an_edge_moves_none(self, rig):
+        rig.watch(Watch.LIVE)
+        rig.master(br=1)
+        sck, begin = rig.chip.output("SPI1_SCK"), rig.chip.time.now
+        rig.chip.time.at(begin + 2, sck.look)  # before the edge, which is entered later
+        rig.poke("DR", 0xAA)
+        rig.clocks(8, br=1)
+        assert [cycle - begin for cycle, _ in sck.edges[-16:]] == list(range(2, 34, 2))
+
     def test_a_wire_back_is_read_bit_by_bit(self, rig):
         rig.watch(Watch.LIVE)
         miso, mosi = rig.chip.input("SPI1_MISO"), rig.chip.output("SPI1_MOSI")
@@ -445,6 +544,10 @@ class TestSlave:
         assert rig.spi.exchange(0x99) == 0x42
         assert rig.flags() == {"TXE", "RXNE"}
         assert rig.peek("DR") == 0x99
+
+    def test_with_nothing_new_it_answers_what_has_come(self, rig):
+        rig.poke("CR1", SPE | SSM)
+        assert [rig.spi.exchange(word) for word in (0x12, 0x34)] == [0, 0x12]
 
     def test_by_the_pin(self, rig):
         rig.poke("CR1", SPE)
