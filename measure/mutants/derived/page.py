@@ -6,12 +6,12 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 
 from measure.mutants.derived.book import Book, Entry, Run
-from measure.mutants.derived.reasons import reason
+from measure.mutants.derived.reasons import hidden, reason
 from measure.mutants.derived.subjects import SUBJECTS
 
 __all__ = ["page"]
 
-_MODES = {"port": "at a port", "model": "as a model"}
+_MODES = {"port": "at a port", "hand": "at a port by hand", "model": "as a model"}
 
 
 _HEAD = """
@@ -26,13 +26,16 @@ byte for byte (`fixed` of the record: EMERGENCY of CARLA, whose figures are all 
 
 Every mutant is run in virtual time, *at a port*, where the bench can do what a bench with a port can, and *as a model*,
 where it can do everything; in both against the cases in which it does anything that the right peer does not, and until
-the first of them fails. A case that breaks down counts as well. A host at a port is one that
+the first of them fails. What survives at a port is run there *by hand*, too: somebody stands beside the target who does
+and sees what a case asks for, as a command does that [`--operator-hook`](checks.md#somebody-beside-the-target) names. A
+case that breaks down counts as well. A host at a port is one that
 [tells what it understood](checks.md#a-client-that-tells-what-it-understood); of one that does not, only what it sends
 is judged, and most of its faults do not show. Any protocol of a plug-in gets the same:
 `python -m measure.mutants.derived --bench FILE --protocol NAME`.
 
 The score is the share of the mutants that were found, less the equivalent ones. *Without effect* are those with which
-no case of the suites meets a frame, timer or edge that differs: they survive, and count so.
+no case of the suites meets a frame, timer or edge that differs: they survive, and count so. *Of those that can show* is
+the score by hand without those that no stimulus at a port shows, whoever stands there; they are named with the reason.
 
 """.removeprefix("\n")
 
@@ -46,8 +49,8 @@ def _lines(book: Book) -> Iterator[str]:
     yield "# Wrong peers made from what a protocol says of itself\n"
     yield "Made by `python -m measure.mutants.derived`. Do not edit.\n"
     yield from _HEAD.splitlines()
-    yield "| Peer | Mutants | Run | Equivalent | Found at a port | Found as a model |"
-    yield "|---|---|---|---|---|---|"
+    yield "| Peer | Mutants | Run | Equivalent | Found at a port | by hand, too | of those that can show | as a model |"
+    yield "|---|---|---|---|---|---|---|---|"
     for name, run in book.file.subjects.items():
         yield _row(book, name, run)
     for name, run in book.file.subjects.items():
@@ -56,19 +59,21 @@ def _lines(book: Book) -> Iterator[str]:
 
 def _row(book: Book, name: str, run: Run) -> str:
     equal = book.equivalent(name)
-    counted = [entry for id_, entry in run.mutants.items() if id_ not in equal]
-    scores = [_score(counted, mode) for mode in _MODES]
+    counted = {id_: entry for id_, entry in run.mutants.items() if id_ not in equal}
+    can_show = [entry for id_, entry in counted.items() if entry.found("hand") or not hidden(name, id_)]
+    port, hand, model = (_score(counted.values(), mode) for mode in _MODES)
+    asked = "hand" in run.cases
+    scores = [port, *([hand, _score(can_show, "hand")] if asked else ["-", "-"]), model]
     share = "all" if run.share >= 1 else f"{run.share:.0%}, seed {run.seed}"
     cells = [run.title, run.derived, f"{len(run.mutants)} ({share})", len(equal), *scores]
     return f"| {' | '.join(map(str, cells))} |"
 
 
 def _score(entries: Iterable[Entry], mode: str) -> str:
-    outcomes = [entry.outcomes[mode] for entry in entries if mode in entry.outcomes]
-    if not outcomes:
+    found = [was for entry in entries if (was := entry.found(mode)) is not None]
+    if not found:
         return "not run"
-    found = sum(outcome.found for outcome in outcomes)
-    return f"{found} of {len(outcomes)}, {found / len(outcomes):.1%}"
+    return f"{sum(found)} of {len(found)}, {sum(found) / len(found):.1%}"
 
 
 def _subject(book: Book, name: str, run: Run) -> Iterator[str]:
@@ -83,15 +88,16 @@ def _subject(book: Book, name: str, run: Run) -> Iterator[str]:
         differ = "".join(f"; otherwise: `{id_}`" for id_ in again.otherwise)
         yield f"{again.drawn} of the mutants that have an effect, drawn by seed, were run again as a model on lines"
         yield f"that pass a {kind} of the machine: {same} came out the same{differ}."
-    yield "\n| Of a | Run | Found at a port | Found as a model | Without effect at a port, as a model |"
-    yield "|---|---|---|---|---|"
+    yield "\n| Of a | Run | Found at a port | by hand, too | as a model | Without effect at a port, as a model |"
+    yield "|---|---|---|---|---|---|"
     by_group: dict[str, list[Entry]] = defaultdict(list)
     for entry in run.mutants.values():
         by_group[entry.group].append(entry)
     for group, entries in sorted(by_group.items()):
-        scores = " | ".join(_score(entries, mode) for mode in _MODES)
+        scores = " | ".join(_score(entries, mode) if mode != "hand" or mode in run.cases else "-" for mode in _MODES)
         idle = ", ".join(
-            str(sum(not one.outcomes[mode].cases for one in entries if mode in one.outcomes)) for mode in _MODES
+            str(sum(not one.outcomes[mode].cases for one in entries if mode in one.outcomes))
+            for mode in ("port", "model")
         )
         yield f"| {group} | {len(entries)} | {scores} | {idle} |"
     yield from _survivors(book, name)
@@ -110,13 +116,42 @@ def _survivors(book: Book, name: str) -> Iterator[str]:
         for id_, entry in those:
             yield f"- `{id_}`: {entry.what}{_trace(entry, 'model')}"
         yield ""
+    at_port = {id_: entry for id_, entry in book.survivors(name, "port") if id_ not in of_model}
+    left = {id_: entry for id_, entry in at_port.items() if not entry.found("hand")}
+    yield from _by_hand({id_: entry for id_, entry in at_port.items() if id_ not in left})
+    yield from _hidden(name, {id_: entry for id_, entry in left.items() if hidden(name, id_)})
+    yield from _others(name, {id_: entry for id_, entry in left.items() if not hidden(name, id_)})
+
+
+def _by_hand(found: dict[str, Entry]) -> Iterator[str]:
+    if found:
+        yield "\n### Found at a port by hand alone\n"
+        yield "| Mutant | Fault | Found by |"
+        yield "|---|---|---|"
+        for id_, entry in found.items():
+            outcome = entry.outcomes["hand"]
+            yield f"| `{id_}` | {entry.what} | {', '.join(outcome.found_by) or outcome.lost} |"
+
+
+def _hidden(name: str, those: dict[str, Entry]) -> Iterator[str]:
+    by_reason: dict[str, list[str]] = defaultdict(list)
+    for id_, entry in those.items():
+        by_reason[hidden(name, id_)].append(f"- `{id_}`: {entry.what}")
+    if by_reason:
+        yield "\n### What no stimulus at a port shows\n"
+    for why, lines in sorted(by_reason.items()):
+        yield f"{why[:1].upper()}{why[1:]}:\n"
+        yield from lines
+        yield ""
+
+
+def _others(name: str, rest: dict[str, Entry]) -> Iterator[str]:
     lacks = _lacking(name)
-    rest = [(id_, entry) for id_, entry in book.survivors(name, "port") if id_ not in of_model]
     if rest:
         yield "\n### Survivors at a port alone\n"
         yield "| Mutant | Fault | Found as a model by (and what that needs beside a line) |"
         yield "|---|---|---|"
-        for id_, entry in rest:
+        for id_, entry in rest.items():
             outcome = entry.outcomes["model"]
             by = ", ".join(f"{one}{lacks(one)}" for one in outcome.found_by) or outcome.lost
             yield f"| `{id_}` | {entry.what}{_trace(entry, 'port')} | {by} |"

@@ -2,7 +2,7 @@
 
 A reason begins with one of three words. "equivalent": the specification permits it, in a sentence that is named.
 "unasked": it is wrong, but no clause asks for what would show it. "elsewhere": a clause of another suite does, on
-another bench.
+another bench. Beside them stands why a mutant shows at no port, whatever anybody does there: `HIDDEN`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 from measure.mutants.derived.trial import Outcome
 
-__all__ = ["EQUIVALENT", "REASONS", "reason"]
+__all__ = ["EQUIVALENT", "HIDDEN", "REASONS", "hidden", "reason"]
 
 EQUIVALENT = "equivalent"
 
@@ -130,6 +130,50 @@ REASONS: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
     }
 )
 """By subject: what the ids of a family match, and its reason; the first that matches counts."""
+
+
+_OFFSET = "an offset that its sensor may have by its data sheet"
+
+HIDDEN: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
+    {
+        "pkt-board": (
+            (
+                r"ImuReport:acceleration\[\d\]:(plus|minus)",
+                f"1 m/s^2 is {_OFFSET}: 80 mg, and 1.5 mg more for each K (PS-MPU-9250A-01, section 3.2)",
+            ),
+            (r"ImuReport:rate_deg_s\[\d\]:(plus|minus)", f"1 deg/s is {_OFFSET}: 5 deg/s (section 3.1)"),
+            (
+                r"ImuReport:field_mgauss\[\d\]:(plus|minus)",
+                "1 mG is less than a step of the compass, 1.5 mG (section 3.3), and iron beside it makes far more",
+            ),
+            (
+                r"ImuReport:temperature_c:(plus|minus)",
+                "1 C is less than a chip is warmer than the air around it, and nobody else knows its temperature",
+            ),
+            (
+                r"ImuReport:quaternion\[3\]:sign",
+                "with the other sign of its scalar it leads from the earth and not to it, and no source says which",
+            ),
+            (
+                r"(ImuReport|GpsReport):(late|early)",
+                "no source says when in its second a report is made, nor how old its figures are then",
+            ),
+            (r"GpsReport:(first|second)_deg:stale", "the filter of a receiver may be late by 1 s"),
+        ),
+        "carla-board": (
+            (
+                r"says:MANUAL:(steer|throttle|brake):stale",
+                "it is late by 60 ms, and when somebody moved the joystick nobody knows as exactly",
+            ),
+        ),
+    }
+)
+"""By subject: what the ids of a family match, and why it shows at no port."""
+
+
+def hidden(subject: str, id_: str) -> str:
+    """Return why a mutant shows at no port; empty if it could."""
+    return next((text for pattern, text in HIDDEN.get(subject, ()) if re.search(pattern, id_)), "")
 
 
 def reason(subject: str, id_: str, outcome: Outcome) -> str:
