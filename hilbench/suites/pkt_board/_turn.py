@@ -12,12 +12,12 @@ import statistics
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
-from hilbench.check import Inconclusive, Violation
+from hilbench.check import Inconclusive
 from hilbench.clock import NS_PER_S
 from protocols.pkt import ImuReport
 from worlds.geometry import Vector, add, cross, dot, subtract
 
-__all__ = ["Told", "require_one_turn", "turned_deg"]
+__all__ = ["Told", "disagreement"]
 
 Told = Sequence[tuple[int, ImuReport]]
 """What was told while something was turned to and fro about one axis: reports with their times in ns."""
@@ -34,59 +34,62 @@ the data sheet (PS-MPU-9250A-01, section 3.1), makes of one that stands."""
 SHAKEN_M_S2, SHAKEN_SHARE = 2.5, 0.35
 """How far off its mean the length of the acceleration may be, root mean square: a hand shakes it by less than a quarter
 of 1 g; and that of the field, as a share: iron beside it bends it (choices)."""
+COMPASS_READ = 2
+"""Bit of the validity: without it the field says nothing."""
 SEEN_M_S2, SEEN_MGAUSS = 2.5, 30.0
 """Root mean square of the steps of a vector from which something is concluded: much more than its noise (choice)."""
 
 
-def require_one_turn(turns: Sequence[Told]) -> None:
-    """Require that what was told in some turns, each about one axis, is of the same turns.
+def disagreement(turns: Sequence[Told]) -> str:
+    """Say how what was told in some turns, each about one axis, is not of the same turns; empty if it is.
 
     Raises:
-        Violation: it is not.
-        Inconclusive: the attitude does not change enough, or is none.
+        Inconclusive: the attitude does not change enough.
     """
-    reports = [report for told in turns for _, report in told]
-    if not all(any(report.quaternion) for report in reports):
-        raise Inconclusive("0x82 has zeros for the attitude")
-    why = [_disagreement(turns, conjugate) for conjugate in (False, True)]
-    if all(why):
-        raise Violation(why[0])
-
-
-def turned_deg(told: Told) -> float:
-    """Return the root mean square of the steps of an attitude, in degrees."""
-    return _rms(_length(step) for step in _steps(told, False))
+    to_earth, from_earth = (_disagreement(turns, conjugate) for conjugate in (False, True))
+    return to_earth if from_earth else ""
 
 
 def _disagreement(turns: Sequence[Told], conjugate: bool) -> str:
-    """Say what does not agree; empty if all does."""
     steps = [_steps(told, conjugate) for told in turns]
+    return _of_rates(turns, steps) or _of_acceleration(turns, steps) or _of_field(turns, steps)
+
+
+def _of_rates(turns: Sequence[Told], steps: Sequence[Sequence[Vector]]) -> str:
     for told, step in zip(turns, steps, strict=True):
-        if _rms(map(_length, step)) < STEP_DEG:
-            raise Inconclusive(f"it was turned by {_rms(map(_length, step)):.1f} degrees a second only")
+        turned_deg = _rms(map(_length, step))
+        if turned_deg < STEP_DEG:
+            raise Inconclusive(f"it was turned by {turned_deg:.1f} degrees a second only")
         rates = [
             _scaled(add(before.rate_deg_s, now.rate_deg_s), (now_ns - before_ns) / NS_PER_S / 2)
             for (before_ns, before), (now_ns, now) in pairwise(told)
         ]
-        if _agree(rates, step):
-            return f"the rates of 0x82 and its attitude are not of one turn: {_agree(rates, step)}"
+        if why := _other(rates, step):
+            return f"the rates of 0x82 and its attitude are not of one turn: {why}"
+    return ""
+
+
+def _of_acceleration(turns: Sequence[Told], steps: Sequence[Sequence[Vector]]) -> str:
     accelerations = [[report.acceleration for _, report in told] for told in turns]
-    if why := _disagree(accelerations, steps, (0.0, 0.0, 0.0), SEEN_M_S2):
+    if why := _turns_otherwise(accelerations, steps, (0.0, 0.0, 0.0), SEEN_M_S2):
         return f"the acceleration of 0x82 does not turn as its attitude does: {why}"
-    for vectors in accelerations:
-        off = _uneven(vectors)
-        if off > SHAKEN_M_S2:
-            return f"the length of the acceleration in 0x82 is {off:.1f} m/s^2 off its mean"
-    fields = [[report.field_mgauss for _, report in told] for told in turns]
+    off = max(map(_uneven, accelerations))
+    return f"the length of the acceleration in 0x82 is {off:.1f} m/s^2 off its mean" if off > SHAKEN_M_S2 else ""
+
+
+def _of_field(turns: Sequence[Told], steps: Sequence[Sequence[Vector]]) -> str:
+    if not all(report.validity & COMPASS_READ for told in turns for _, report in told):
+        return ""
     as_it_is, as_of_compass = (
-        _of_field([[way(one) for one in field] for field in fields], steps) for way in (_as_it_is, _as_of_compass)
+        _of_field_along([[way(report.field_mgauss) for _, report in told] for told in turns], steps)
+        for way in (_as_it_is, _as_of_compass)
     )
     return f"the field of 0x82 does not turn as its attitude does: {as_it_is}" if as_it_is and as_of_compass else ""
 
 
-def _of_field(fields: Sequence[Sequence[Vector]], steps: Sequence[Sequence[Vector]]) -> str:
+def _of_field_along(fields: Sequence[Sequence[Vector]], steps: Sequence[Sequence[Vector]]) -> str:
     iron = _iron(fields, steps)
-    if why := _disagree(fields, steps, iron, SEEN_MGAUSS):
+    if why := _turns_otherwise(fields, steps, iron, SEEN_MGAUSS):
         return why
     turned = [subtract(one, iron) for field, step in zip(fields, steps, strict=True) for one in field]
     mean = statistics.fmean(map(_length, turned))
@@ -94,7 +97,7 @@ def _of_field(fields: Sequence[Sequence[Vector]], steps: Sequence[Sequence[Vecto
     return f"its length is {off:.0%} off its mean" if off > SHAKEN_SHARE else ""
 
 
-def _disagree(
+def _turns_otherwise(
     vectors: Sequence[Sequence[Vector]], steps: Sequence[Sequence[Vector]], still: Vector, seen: float
 ) -> str:
     """Say how a vector of the world, less one of the sensor, does not turn the other way than the sensor does."""
@@ -105,7 +108,7 @@ def _disagree(
             middle = subtract(_scaled(add(before, now), 0.5), still)
             wanted.append(_scaled(cross(turn, middle), -math.radians(1.0)))
         if _rms(map(_length, wanted)) > seen:
-            if why := _agree(changes, wanted) or _along_an_axis(changes, wanted, seen):
+            if why := _other(changes, wanted) or _along_an_axis(changes, wanted, seen):
                 return why
         elif _rms(map(_length, changes)) > 2 * seen:
             return "it changes, and the turn does not say so"
@@ -124,7 +127,7 @@ def _along_an_axis(found: Sequence[Vector], wanted: Sequence[Vector], seen: floa
     return ""
 
 
-def _agree(found: Sequence[Vector], wanted: Sequence[Vector]) -> str:
+def _other(found: Sequence[Vector], wanted: Sequence[Vector]) -> str:
     """Say how one row of vectors is not the other, less a factor; empty if it is."""
     size = sum(dot(one, one) for one in wanted)
     share = sum(dot(one, other) for one, other in zip(found, wanted, strict=True)) / max(size, 1e-9)
