@@ -84,8 +84,8 @@ VEHICLE_FAULTS = {
     "VB09": "deaf-switch",
     "VB10": "press-ends-emergency",
     "VB15": "zero-off",
-    "VB17": "rate-in-manual",
-    "VB18": "rate-in-manual",
+    "VB17": "joystick-at-half",
+    "VB18": "joystick-at-half",
     "VB42H": "agent-by-commands",
     "VB43": "hasty-lamps",
     "VB54": "no-red",
@@ -156,6 +156,14 @@ def test_what_is_wrong_is_found_with_somebody_beside_it(chosen):
 def test_what_was_asked_for_is_taken_back_before_the_next_case(person, select, asked):
     assert check(person, select).exit_code == 0
     assert person.asked == asked
+
+
+@pytest.mark.exhaustive("twenty seconds without an agent; the gate has other clauses by hand")
+def test_a_board_that_was_started_without_an_agent_is_started_once_more():
+    person = BesideVehicle(right_vehicle())
+    assert check(person, "VB03 or VB09").exit_code == 0
+    reset = [("hold-reset",), ("release-reset",)]
+    assert [one for one in person.asked if "reset" in one[0]] == reset * 2
 
 
 def test_what_the_operator_cannot_do_is_not_shown():

@@ -83,7 +83,7 @@ def test_two_runs_are_the_same(report):
     assert again.items() <= {case.id: case.case_hash for case in report.cases}.items()
 
 
-SOONER = {"P40D": "gps-order"}
+SOONER = {"P40D": "gps-order", "P89": "quaternion-long"}
 """Which fault a clause finds at once that takes a minute of bench time for another."""
 
 
