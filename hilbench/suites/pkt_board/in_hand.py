@@ -8,7 +8,7 @@ from hilbench.check import Inconclusive, Violation, near
 from hilbench.suites._rover import Rover, on_rover
 from hilbench.suites.pkt_board._turn import Told, disagreement
 from hilbench.suites.pkt_board.sensed import NEXT_WITHIN_S
-from hilbench.suites.pkt_board.sensors import LENGTH, require_there
+from hilbench.suites.pkt_board.sensors import LENGTH, MPU_READ, require_there
 from hilbench.systems.rover.hands import TURNS
 from protocols.pkt import GpsReport, ImuReport
 
@@ -45,10 +45,16 @@ def _turned(rover: Rover, way: str) -> Told:
     if rover.peer.uncertainty_s(begun_ns) > LATE_S:
         raise Inconclusive("the bench was too late to say how far the rover turned from one 0x82 to the next")
     for _, report in told:
+        _require_read(report)
         if not any(report.quaternion) or not any(report.acceleration):
             raise Inconclusive("0x82 has zeros for attitude or acceleration")
         near(math.hypot(*report.quaternion), 1.0, LENGTH, unit="", what="length of the quaternion in 0x82")
     return told
+
+
+def _require_read(report: ImuReport) -> None:
+    if not report.validity & MPU_READ:
+        raise Inconclusive(f"byte 1 of 0x82 is {report.validity}: the inertial sensor was not read")
 
 
 def _second_position(rover: Rover) -> GpsReport:
@@ -77,6 +83,8 @@ def test_the_position_moves(rover: Rover) -> None:
 @on_rover("P92", lasts_s=2.5)
 def test_the_temperature(rover: Rover) -> None:
     rover.next(ImuReport, NEXT_WITHIN_S)
-    shown_c = rover.next(ImuReport, NEXT_WITHIN_S).temperature_c
+    report = rover.next(ImuReport, NEXT_WITHIN_S)
+    _require_read(report)
+    shown_c = report.temperature_c
     if not rover.hands.air_is_between(shown_c - COLDER_C, shown_c + WARMER_C):
         raise Violation(f"0x82 has {shown_c:g} C, and the air is not near that", rover.peer.evidence())

@@ -126,7 +126,7 @@ CLAUSES: tuple[Clause, ...] = (
             "Throttles of 0.26 and 0.35: in 2 s the count of each wheel rises by 20 for each turn that its speeds in "
             "0x83 stand for, which are from 0 to 1000 rpm, within 3 and 15 %. From one 0x83 to the next a wheel whose "
             "speed is 0 in both counts no more than 3, and one that counts 4 before a 0x83 and behind it has a speed "
-            "in it. 2.5 s behind throttles of 0 wheels that count nothing have speeds of 0."
+            "in it. 2.5 s behind throttles of 0 wheels that count nothing in six 0x83 have speeds of 0 in the last."
         ),
         sources=(f"{MANUAL}, 0x83 and the tachometers: 20 slots", CHOICE + " how near"),
         profiles=DOCUMENTED,

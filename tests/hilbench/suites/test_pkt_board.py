@@ -177,6 +177,10 @@ def at_a_port(select, rover):
     return run_suites(replace(OPTIONS, select=f"documented and ({select})"), ForeignRoverInBenchTime(shared, put))
 
 
+def test_wheels_that_run_out_slowly_are_right():
+    assert at_a_port("P83", lambda: RoverRobot(RoverSettings(wheel_lag_s=0.5))).exit_code == 0
+
+
 def test_of_a_right_rover_at_a_port_a_lost_link_is_shown_by_its_own_report():
     report = at_a_port("P24D or P62 or P63 or P76 or P80", lambda: RoverRobot(RoverSettings()))
     assert {clause.id: clause.by_own_report for clause in report.clauses} == {
