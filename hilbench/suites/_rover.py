@@ -166,7 +166,7 @@ class Rover:
             raise InternalError("the case needs somebody beside the rover and has not said so")
         return self._hands
 
-    def _can(self, name: str) -> bool:
+    def can(self, name: str) -> bool:
         """Say whether somebody beside the rover does and sees what has this name among the needs of clauses."""
         return self._hands is not None and name in self._hands.can
 
@@ -177,16 +177,16 @@ class Rover:
 
     def require_lit(self) -> None:
         """Require that the test LED is on, if anybody can see it."""
-        assert not self._can("led") or self.lit, "the LED is off: an accepted LED_ON was not executed"
+        assert not self.can("led") or self.lit, "the LED is off: an accepted LED_ON was not executed"
 
     def require_dark(self) -> None:
         """Require that the test LED is off, if anybody can see it."""
-        assert not self._can("led") or not self.lit, "the LED is on: a rejected frame was executed"
+        assert not self.can("led") or not self.lit, "the LED is on: a rejected frame was executed"
 
     @property
     def seen(self) -> bool:
         """Somebody sees what reaches the motors; else there is only what the rover itself says of them."""
-        return self._can("duty")
+        return self.can("duty")
 
     @property
     def duties(self) -> tuple[float, float]:
@@ -215,7 +215,7 @@ class Rover:
     @property
     def held(self) -> bool:
         """Somebody is there who holds the wheels when that is asked for."""
-        return self._can("wheels")
+        return self.can("wheels")
 
     # --- bytes out
 
@@ -235,7 +235,7 @@ class Rover:
         """Switch the test LED off, and take what that does to the counters for the beginning."""
         self.send(LedOff())
         self.before = self._general()
-        if self._can("led") and self.lit:
+        if self.can("led") and self.lit:
             raise Inconclusive("the LED does not go out", self.peer.evidence())
 
     def drive(self, left: float, right: float) -> None:

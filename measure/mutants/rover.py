@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -320,6 +321,29 @@ def _south_is_north(gps: Callable[..., GpsReport], rover: RoverRobot) -> GpsRepo
     return replace(report, first_deg=abs(report.first_deg))
 
 
+def _as_in_nmea(gps: Callable[..., GpsReport], rover: RoverRobot) -> GpsReport:
+    report = gps(rover)
+    first, second = (100 * math.trunc(deg) + 60 * math.fmod(deg, 1) for deg in (report.first_deg, report.second_deg))
+    return replace(report, first_deg=first, second_deg=second)
+
+
+def _where_it_was(gps: Callable[..., GpsReport], rover: RoverRobot) -> GpsReport:
+    settings = rover._settings
+    return replace(gps(rover), first_deg=settings.latitude_deg, second_deg=settings.longitude_deg)
+
+
+def _of_imu(field: str, change: Callable[..., object]) -> Callable[..., object]:
+    """Change a field of 0x82."""
+
+    def changed(imu: Callable[..., object], rover: RoverRobot) -> object:
+        report = imu(rover)
+        if not isinstance(report, ImuReport):
+            return report
+        return replace(report, **{field: change(getattr(report, field))})  # type: ignore[arg-type]
+
+    return changed
+
+
 class _Doubling:
     """Say reports twice once the line has been down."""
 
@@ -379,6 +403,26 @@ BY_HAND = (
         id="latitude-unsigned",
         what="the latitude of 0x84 has no sign",
         patches=(patched(RoverRobot, "_gps", _south_is_north),),
+    ),
+    RoverMutant(
+        id="position-as-in-nmea",
+        what="0x84 has degrees and minutes in one number, as a NMEA sentence does",
+        patches=(patched(RoverRobot, "_gps", _as_in_nmea),),
+    ),
+    RoverMutant(
+        id="position-stays",
+        what="0x84 has for ever where the rover was first",
+        patches=(patched(RoverRobot, "_gps", _where_it_was),),
+    ),
+    RoverMutant(
+        id="field-mirrored",
+        what="the y axis of the field in 0x82 has the other sign",
+        patches=(patched(RoverRobot, "_imu", _of_imu("field_mgauss", lambda field: (field[0], -field[1], field[2]))),),
+    ),
+    RoverMutant(
+        id="temperature-in-fahrenheit",
+        what="the temperature of 0x82 is in degrees Fahrenheit",
+        patches=(patched(RoverRobot, "_imu", _of_imu("temperature_c", lambda deg_c: 1.8 * deg_c + 32)),),
     ),
     RoverMutant(
         id="crc-unchecked",

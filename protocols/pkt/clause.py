@@ -33,8 +33,9 @@ class Clause(clause.Clause):
         twin: where shipped behaviour is a defect, the clause that says what was promised; else None.
         needs: names of what a bench must be able to do for it to be checked: `server` or `client` under test, `led`
             (see the test LED), `wheels` (hold them, and see how fast they turn), `duty` (see what reaches the motor
-            driver), `imu` (hold the IMU still), `gps` (know the position), `sensed`
-            (choose what its sensors sense), `boot` (begin from power-up), `reopen`
+            driver), `imu` (hold the IMU still), `gps` (know the position), `sensed` (choose what its sensors sense),
+            `turned` (turn it to and fro), `sky` (cover the GPS receiver), `carried` (carry it away), `air` (know how
+            warm the air is), `boot` (begin from power-up), `reopen`
             (close the port and open it again), `client.report` (ask what it understood). Of `stand_ins`, beside these:
             `motion reports` (the rover sends 0x83 by itself).
     """

@@ -417,11 +417,14 @@ def test_a_share_is_drawn_by_the_seed():
 def kept(tmp_path) -> Book:
     book = Book.read(tmp_path / "derived-mutants.json")
     subject = SUBJECTS["pkt-board"]
-    run = book.begin(subject, derived=3, share=1.0, seed=0, keep=["says:a:plus", "hears:b:stuck", "hears:c:late"])
+    ids = ["says:a:plus", "hears:b:stuck", "hears:c:late", "says:d:sign", "says:GpsReport:late"]
+    run = book.begin(subject, derived=5, share=1.0, seed=0, keep=ids)
     found = Outcome(cases=4, found_by=("P01",), case="x", cause="is wrong")
-    run.cases = {"port": 3, "model": 4}
+    run.cases = {"port": 3, "hand": 1, "model": 4}
     for id_, outcomes in {
-        "says:a:plus": {"port": Outcome(cases=2), "model": found},
+        "says:a:plus": {"port": Outcome(cases=2), "hand": Outcome(cases=1), "model": found},
+        "says:d:sign": {"port": Outcome(cases=2), "hand": Outcome(cases=1, found_by=("P89",)), "model": found},
+        "says:GpsReport:late": {"port": Outcome(cases=2), "hand": Outcome(cases=1), "model": found},
         "hears:b:stuck": {"port": Outcome(cases=0), "model": Outcome(cases=0)},
         "hears:c:late": {"port": found, "model": Outcome(cases=1, lost="ran for more than 300 s")},
     }.items():
@@ -441,7 +444,10 @@ def test_what_is_known_is_kept_and_read_again(tmp_path):
 
 def test_the_page_tells_scores_and_survivors_one_by_one(tmp_path):
     text = page(kept(tmp_path))
-    assert "| PKT! board | 3 | 3 (all) | 0 | 1 of 3, 33.3% | - | 2 of 3, 66.7% |" in text
+    row = "| PKT! board | 5 | 5 (all) | 0 | 1 of 5, 20.0% | 2 of 5, 40.0% | 2 of 4, 50.0% | 4 of 5, 80.0% |"
+    assert row in text
+    assert "| `says:d:sign` | what of says:d:sign | P89 |" in text
+    assert "is made, nor how old its figures are then:\n\n- `says:GpsReport:late`: what of" in text
     assert "- `hears:b:stuck`: what of hears:b:stuck (without effect)" in text
     assert "| `says:a:plus` | what of says:a:plus (2 cases) | P01 |" in text
 
@@ -542,7 +548,7 @@ def test_what_cannot_show_stands_beside_the_score(tmp_path):
         at_port = found if "rot_kp" in id_ else Outcome(cases=0)
         run.mutants[id_] = Entry(what=id_, group="field", outcomes={"port": at_port, "model": found})
     text = page(book)
-    assert "| P2OS server | 3 | 3 (all) | 0 | 1 of 3, 33.3% | 1 of 1, 100.0% | 3 of 3, 100.0% |" in text
+    assert "| P2OS server | 3 | 3 (all) | 0 | 1 of 3, 33.3% | - | 1 of 1, 100.0% | 3 of 3, 100.0% |" in text
     assert "What is in FLASH does not change while somebody is there:" in text
 
 

@@ -15,6 +15,7 @@ ORDER = (
     "speed_control",
     "sensors",
     "sensed",
+    "in_hand",
     "published",
     "newlines",
     "families",

@@ -18,13 +18,14 @@ from protocols.pkt import Position, Profile
 from targets.parts.l298n import bridge_shares
 from targets.parts.neo6m.geodesy import Geodetic, Tangent, geodetic_of
 from targets.parts.neo6m.settings import Neo6mSettings
-from targets.robots.rover import RoverRobot, Sensed
+from targets.robots.rover import Rocking, RoverRobot, Sensed
 from worlds.vehicles.rover_4wd import WHEELS, Rover4wdBody
 
 __all__ = [
     "HANDS",
     "MODEL_HANDS",
     "REOPEN",
+    "TURNS",
     "BoardHands",
     "ModelHands",
     "OperatorHands",
@@ -40,10 +41,19 @@ REOPEN = "reopen"
 HANDS = frozenset({"led", "wheels", "duty", "imu", "gps", "boot"})
 """The capabilities of a bench that has all of them, as the clauses name them."""
 
-MODEL_HANDS = HANDS | {"sensed"}
+MODEL_HANDS = HANDS | {"sensed", "turned", "sky", "carried", "air"}
 """Those at a model, whose sensors sense what they are told to: it has no body in a world."""
 
+TURNS = ("about its vertical axis", "over its sides", "over its nose")
+"""The ways in which a rover is turned to and fro: about z, x and y."""
+
+CARRIED_DEG = 0.01
+"""How far the model is carried (choice): 1.1 km to the north, and nearly as much to the east."""
+
 _NEEDED_PARTS = {"duty": "l298n", "wheels": "dc-motor", "imu": "mpu9250", "gps": "neo6m"}
+
+NEAR_DEG = 0.001
+"""110 m along a meridian."""
 
 PWM_PERIOD_NS = 20_000_000
 """Of the motors' voltage: 50 Hz, the default of Mbed OS that no firmware changes."""
@@ -70,14 +80,35 @@ class RoverHands(Protocol):
     def duties(self) -> tuple[float, float]:
         """Return what reaches the motors of the left and the right pair: -1 to 1 of what the driver can put out."""
 
-    def position(self) -> Position:
-        """Return where the rover truly is."""
+    def position(self) -> Position | None:
+        """Return where the rover truly is; None if nobody knows it in figures: `stands_at` is asked."""
+
+    def stands_at(self, position: Position) -> bool:
+        """Say whether the rover is within 100 m of a place."""
 
     def sense(self, sensed: Sensed) -> None:
         """Let its inertial sensor sense this."""
 
     def place(self, position: Position | None) -> None:
         """Let its GPS receiver be there; None takes its view of the sky."""
+
+    def face_north(self) -> None:
+        """Have the rover stand level, its front towards magnetic north."""
+
+    def turn(self, way: str) -> None:
+        """Begin to turn the rover slowly to and fro in one of `TURNS`, and go on."""
+
+    def put_down(self) -> None:
+        """Turn it no more."""
+
+    def cover_sky(self, covered: bool) -> None:
+        """Take the GPS receiver's view of the sky until it has no fix, or give it back until it has one."""
+
+    def carry(self) -> None:
+        """Carry the rover at least 200 m away."""
+
+    def air_is_between(self, low_c: float, high_c: float) -> bool:
+        """Say whether the air around the rover is that warm."""
 
 
 class RoverBench(Protocol):
@@ -110,6 +141,7 @@ class ModelHands:
 
     def __init__(self, robot: RoverRobot) -> None:
         self._robot = robot
+        self._covered = robot.position
 
     def led_is_lit(self) -> bool:
         """See `RoverHands`."""
@@ -140,6 +172,38 @@ class ModelHands:
     def place(self, position: Position | None) -> None:
         """See `RoverHands`."""
         self._robot.position = position
+
+    def stands_at(self, position: Position) -> bool:
+        """See `RoverHands`."""
+        return _are_near(position, self.position())
+
+    def face_north(self) -> None:
+        """See `RoverHands`; it does."""
+
+    def turn(self, way: str) -> None:
+        """See `RoverHands`."""
+        self._robot.rocking = Rocking(axis=(2, 0, 1)[TURNS.index(way)])
+
+    def put_down(self) -> None:
+        """See `RoverHands`."""
+        self._robot.rocking = None
+
+    def cover_sky(self, covered: bool) -> None:
+        """See `RoverHands`."""
+        if covered:
+            self._covered = self._robot.position
+        self._robot.position = None if covered else self._covered
+
+    def carry(self) -> None:
+        """See `RoverHands`."""
+        here = self.position()
+        self._robot.position = Position(
+            latitude_deg=here.latitude_deg + CARRIED_DEG, longitude_deg=here.longitude_deg + CARRIED_DEG
+        )
+
+    def air_is_between(self, low_c: float, high_c: float) -> bool:
+        """See `RoverHands`; its sensor is as warm as the air."""
+        return low_c <= self._robot.sensed.temperature_c <= high_c
 
 
 class BoardHands:
@@ -200,6 +264,36 @@ class BoardHands:
         del position
         raise InternalError("what the sensors of a board sense cannot be chosen")
 
+    def stands_at(self, position: Position) -> bool:
+        """See `RoverHands`."""
+        return _are_near(position, self.position())
+
+    def face_north(self) -> None:
+        """See `RoverHands`; it does where a case begins."""
+
+    def turn(self, way: str) -> None:
+        """See `RoverHands`; it stands in a world."""
+        del way
+        raise InternalError("a rover in a world is in nobody's hands")
+
+    def put_down(self) -> None:
+        """See `RoverHands`; likewise."""
+        raise InternalError("a rover in a world is in nobody's hands")
+
+    def cover_sky(self, covered: bool) -> None:
+        """See `RoverHands`; likewise."""
+        del covered
+        raise InternalError("the sky of a world cannot be covered")
+
+    def carry(self) -> None:
+        """See `RoverHands`; likewise."""
+        raise InternalError("a rover in a world is in nobody's hands")
+
+    def air_is_between(self, low_c: float, high_c: float) -> bool:
+        """See `RoverHands`; likewise."""
+        del low_c, high_c
+        raise InternalError("a world has no air")
+
     @property
     def _body(self) -> Rover4wdBody:
         body = self._there.emulated.surroundings.body
@@ -255,9 +349,36 @@ class OperatorHands:
         """See `RoverHands`."""
         raise InternalError("a clause that needs the motors' voltage is not by hand")
 
-    def position(self) -> Position:
+    def position(self) -> None:
         """See `RoverHands`."""
-        raise InternalError("a clause that needs the position is not by hand")
+
+    def stands_at(self, position: Position) -> bool:
+        """See `RoverHands`; by a map."""
+        return self._beside.ask("position", f"{position.latitude_deg:.3f}", f"{position.longitude_deg:.3f}") == "yes"
+
+    def face_north(self) -> None:
+        """See `RoverHands`."""
+        self._beside.ask("face-north")
+
+    def turn(self, way: str) -> None:
+        """See `RoverHands`."""
+        self._beside.ask("turn", way)
+
+    def put_down(self) -> None:
+        """See `RoverHands`."""
+        self._beside.ask("put-down")
+
+    def cover_sky(self, covered: bool) -> None:
+        """See `RoverHands`."""
+        self._beside.ask("cover-sky" if covered else "uncover-sky")
+
+    def carry(self) -> None:
+        """See `RoverHands`."""
+        self._beside.ask("carry")
+
+    def air_is_between(self, low_c: float, high_c: float) -> bool:
+        """See `RoverHands`."""
+        return self._beside.ask("air", f"{low_c:.0f}", f"{high_c:.0f}") == "yes"
 
     def sense(self, sensed: Sensed) -> None:
         """See `RoverHands`; likewise."""
@@ -303,6 +424,12 @@ def hands_on(bench_file: BenchFile) -> Iterable[str]:
         if "l298n" in kinds:
             yield "led"
         yield from (name for name, kind in _NEEDED_PARTS.items() if kind in kinds)
+
+
+def _are_near(one: Position, other: Position) -> bool:
+    """Say whether two places are within about 100 m of each other."""
+    apart_deg = abs(one.latitude_deg - other.latitude_deg), abs(one.longitude_deg - other.longitude_deg)
+    return max(apart_deg) <= NEAR_DEG
 
 
 def _position_at(settings: Neo6mSettings, x_m: float, y_m: float) -> Position:

@@ -53,6 +53,35 @@ _REQUESTS = {
         text="press the board's reset button and keep it pressed", capability="boot", undo="release-reset"
     ),
     "release-reset": HandRequest(text="let go of the reset button", capability="boot"),
+    "face-north": HandRequest(
+        text="put the rover on level ground, its front towards magnetic north, and let it rest", capability="imu"
+    ),
+    "turn": HandRequest(
+        text="turn the rover slowly to and fro {}, some 75 degrees to either side, 8 s for there and back, and go on",
+        capability="turned",
+        undo="put-down",
+    ),
+    "put-down": HandRequest(text="put the rover down on its wheels", capability="turned"),
+    "position": HandRequest(
+        text="is the rover within 100 m of latitude {}, longitude {}, north and east positive?",
+        capability="gps",
+        answers=("yes", "no"),
+    ),
+    "carry": HandRequest(
+        text="carry the rover at least 200 m away, or feign that to its receiver; wait for its fix",
+        capability="carried",
+    ),
+    "cover-sky": HandRequest(
+        text="cover the GPS receiver, or unplug its antenna, until it has no fix: its light does not blink",
+        capability="sky",
+        undo="uncover-sky",
+    ),
+    "uncover-sky": HandRequest(
+        text="give the GPS receiver its view of the sky, and wait for its fix: its light blinks", capability="sky"
+    ),
+    "air": HandRequest(
+        text="is the air around the rover between {} and {} degrees Celsius?", capability="air", answers=("yes", "no")
+    ),
 }
 
 

@@ -164,6 +164,23 @@ class OperatorHands:
         """See `VehicleHands`."""
         self._beside.ask("press")
 
+    def boot(self, simulator: SimulatorPeer, stack: StackPeer) -> None:
+        """Have the board begin anew, with no agent there; what it said before is discarded while it is held in reset.
+
+        When it begins is not known: the case finds out by its first ping.
+        """
+        self._beside.ask("hold-reset")
+        stack.online = False
+        simulator.forget()
+        stack.forget()
+        self._beside.ask("release-reset")
+
+    def boot_again(self, stack: StackPeer) -> None:
+        """Have it begin anew, with the agent there: one that was shipped does not find an agent that comes late."""
+        stack.online = True
+        self._beside.ask("hold-reset")
+        self._beside.ask("release-reset")
+
     def lights(self) -> frozenset[str]:
         """See `VehicleHands`."""
         answer = self._beside.ask("light")

@@ -23,6 +23,7 @@ from hilbench.errors import UnavailableError, UsageError
 from hilbench.journal import Journal
 from hilbench.judging.observations import Observations
 from hilbench.judging.provider import BenchProvider, CaseInfo
+from hilbench.judging.verdicts import NotApplicable
 from hilbench.links import Line, MemoryLink, parse_serial_target
 from hilbench.nearest import did_you_mean
 from hilbench.systems.vehicle.car_simulator import OWN_HOST_CAPABILITIES, HostFactory, make_host
@@ -273,6 +274,9 @@ class AttachedVehicleProvider(LockedProvider):
         with contextlib.ExitStack() as opened:
             faults = self._strike(case, peers, opened)
             hands = None if beside is None else OperatorHands(beside)
+            if hands is not None and "boot" in case.by_hand:
+                hands.boot(*peers)
+                opened.callback(_boot_again, hands, peers[1])
             yield AttachedVehicleCase(self._bench, case, *peers, faults, hands)
 
     def close(self) -> None:
@@ -305,6 +309,11 @@ class AttachedVehicleProvider(LockedProvider):
         simulator.settle()
         stack.settle()
         simulator.forget()
+
+
+def _boot_again(hands: OperatorHands, stack: StackPeer) -> None:
+    with contextlib.suppress(NotApplicable):
+        hands.boot_again(stack)
 
 
 def vehicle_lines(bench_file: BenchFile) -> tuple[str, str]:

@@ -59,6 +59,10 @@ _REQUESTS = {
         capability="indicators",
         answers=("left", "right", "both", "none", "otherwise"),
     ),
+    "hold-reset": HandRequest(
+        text="press the board's reset button and keep it pressed", capability="boot", undo="release-reset"
+    ),
+    "release-reset": HandRequest(text="let go of the reset button", capability="boot"),
 }
 
 

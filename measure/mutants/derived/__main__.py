@@ -1,8 +1,9 @@
 """``python -m measure.mutants.derived SUBJECT``: makes a right peer wrong in every way that its protocol knows.
 
-Each mutant is run twice, at a port and as a model, against the cases in which it does anything that the right peer does
-not, until one of them fails. What is found is kept in ``docs/derived-mutants.json`` as it comes: a run that was ended
-goes on where it was. ``docs/derived-mutants.md`` is made from that file alone.
+Each mutant is run at a port and as a model, against the cases in which it does anything that the right peer does not,
+until one of them fails; what survives at a port is run there by hand, too, where somebody is asked. What is found is
+kept in ``docs/derived-mutants.json`` as it comes: a run that was ended goes on where it was.
+``docs/derived-mutants.md`` is made from that file alone.
 """
 
 from __future__ import annotations
@@ -76,10 +77,12 @@ def main(words: Sequence[str]) -> int:
 
 
 def _run(subject: Subject, chosen: argparse.Namespace, book: Book) -> None:
-    tapes = {False: recorded(subject, at_port=False, seed=chosen.seed)}
+    tapes = {"model": recorded(subject, at_port=False, seed=chosen.seed)}
     if subject.ports:
-        tapes[True] = recorded(subject, at_port=True, seed=chosen.seed)
-    derived = derive(subject, tapes[False])
+        tapes["port"] = recorded(subject, at_port=True, seed=chosen.seed)
+    if subject.beside:
+        tapes["hand"] = recorded(subject, at_port=True, by_hand=True, seed=chosen.seed)
+    derived = derive(subject, tapes["model"])
     share = drawn(derived, chosen.share, chosen.seed)
     mutants = [one for one in share if not chosen.only or any(text in one.id for text in chosen.only)]
     if chosen.list:
@@ -87,19 +90,20 @@ def _run(subject: Subject, chosen: argparse.Namespace, book: Book) -> None:
         return
     keep = [one.id for one in share]
     run = book.begin(subject, derived=len(derived), share=chosen.share, seed=chosen.seed, keep=keep)
-    run.cases = {_mode(at_port): len(_sound(tape)) for at_port, tape in tapes.items()}
-    run.unsound = {_mode(at_port): sorted(_unsound(tape)) for at_port, tape in tapes.items()}
+    run.cases = {mode: len(_sound(tape)) for mode, tape in tapes.items()}
+    run.unsound = {mode: sorted(_unsound(tape)) for mode, tape in tapes.items()}
     waiting = [mutant for mutant in mutants if chosen.again or mutant.id not in run.mutants]
 
     def work(mutant: Mutant) -> dict[str, Outcome]:
-        return {
-            _mode(at_port): _trial(subject, mutant, tape, at_port=at_port, seed=chosen.seed)
-            for at_port, tape in tapes.items()
-        }
+        came: dict[str, Outcome] = {}
+        for mode, tape in tapes.items():
+            if mode != "hand" or not came["port"].found:
+                came[mode] = _trial(subject, mutant, tape, mode=mode, seed=chosen.seed)
+        return came
 
     for number, (mutant, came) in enumerate(side_by_side(waiting, work, chosen.jobs, HANG_S), 1):
         if isinstance(came, Lost):
-            came = {_mode(at_port): Outcome(cases=0, lost=came.why) for at_port in tapes}
+            came = {mode: Outcome(cases=0, lost=came.why) for mode in tapes}
         run.mutants[mutant.id] = Entry(what=mutant.what, group=mutant.fault.group.value, outcomes=came)
         book.save()
         said = ", ".join(f"{mode}: {_words(one)}" for mode, one in came.items())
@@ -115,7 +119,7 @@ def _run_again(subject: Subject, chosen: argparse.Namespace, book: Book) -> None
     drawn_by_seed = random.Random(chosen.seed).sample(known, min(chosen.count, len(known)))
 
     def work(mutant: Mutant) -> Outcome:
-        return _trial(subject, mutant, tape, at_port=False, seed=chosen.seed, through=chosen.through)
+        return _trial(subject, mutant, tape, mode="model", seed=chosen.seed, through=chosen.through)
 
     otherwise: dict[str, Outcome] = {}
     for number, (mutant, came) in enumerate(side_by_side(drawn_by_seed, work, chosen.jobs, HANG_S), 1):
@@ -131,10 +135,11 @@ def _end_of(outcome: Outcome) -> tuple[tuple[str, ...], str]:
     return outcome.found_by, outcome.case
 
 
-def _trial(subject: Subject, mutant: Mutant, tape: Tape, *, at_port: bool, seed: int, through: str = "") -> Outcome:
+def _trial(subject: Subject, mutant: Mutant, tape: Tape, *, mode: str, seed: int, through: str = "") -> Outcome:
     """Run the cases that the right peer was run in, and that may show the mutant."""
     cases = [case for case in touched(subject, mutant, tape) if tape.verdicts.get(case) in _RAN]
-    return tried(subject, mutant, cases, at_port=at_port, unsound=_unsound(tape), seed=seed, through=through)
+    where = {"at_port": mode != "model", "by_hand": mode == "hand"}
+    return tried(subject, mutant, cases, **where, unsound=_unsound(tape), seed=seed, through=through)
 
 
 _RAN = (Verdict.PASS, Verdict.FAIL, Verdict.ERROR, Verdict.INCONCLUSIVE)
@@ -146,10 +151,6 @@ def _sound(tape: Tape) -> list[str]:
 
 def _unsound(tape: Tape) -> set[str]:
     return {case for case, verdict in tape.verdicts.items() if verdict in _RAN and verdict is not Verdict.PASS}
-
-
-def _mode(at_port: bool) -> str:
-    return "port" if at_port else "model"
 
 
 def _words(outcome: Outcome) -> str:

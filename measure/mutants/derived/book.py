@@ -36,12 +36,18 @@ class Entry(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         what: its fault.
         group: what it is a fault of.
-        outcomes: what came of it, by ``port`` and ``model``.
+        outcomes: what came of it, by ``port``, ``hand`` and ``model``; by hand alone what survives at a port.
     """
 
     what: str
     group: str
     outcomes: dict[str, Outcome]
+
+    def found(self, mode: str) -> bool | None:
+        """Say whether it was found in a mode; None if it was not run. By hand counts what was found at the port."""
+        if mode == "hand" and "hand" not in self.outcomes and "port" in self.outcomes:
+            return self.outcomes["port"].found
+        return self.outcomes[mode].found if mode in self.outcomes else None
 
 
 class Again(msgspec.Struct, frozen=True, kw_only=True):
@@ -64,7 +70,7 @@ class Run(msgspec.Struct, kw_only=True):
         derived: how many mutants there are.
         share: which share of them was drawn.
         seed: of that draw.
-        cases: how many cases the right peer passes, by ``port`` and ``model``.
+        cases: how many cases the right peer passes, by ``port``, ``hand`` and ``model``.
         unsound: cases that it does not pass, whose verdicts are not counted.
         mutants: those that were run.
         through: how many of them were run again as a model on a line that passes such a door of the machine, and those
@@ -123,8 +129,7 @@ class Book:
     def survivors(self, name: str, mode: str) -> Iterator[tuple[str, Entry]]:
         """Yield the mutants of a subject that are not found out in a mode."""
         for id_, entry in sorted(self.file.subjects[name].mutants.items()):
-            outcome = entry.outcomes.get(mode)
-            if outcome is not None and not outcome.found:
+            if entry.found(mode) is False:
                 yield id_, entry
 
     def unexplained(self) -> list[str]:

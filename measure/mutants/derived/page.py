@@ -11,7 +11,7 @@ from measure.mutants.derived.subjects import SUBJECTS
 
 __all__ = ["page"]
 
-_MODES = {"port": "at a port", "model": "as a model"}
+_MODES = {"port": "at a port", "hand": "at a port by hand", "model": "as a model"}
 
 
 _HEAD = """
@@ -26,14 +26,16 @@ byte for byte (`fixed` of the record: EMERGENCY of CARLA, whose figures are all 
 
 Every mutant is run in virtual time, *at a port*, where the bench can do what a bench with a port can, and *as a model*,
 where it can do everything; in both against the cases in which it does anything that the right peer does not, and until
-the first of them fails. A case that breaks down counts as well. A host at a port is one that
+the first of them fails. What survives at a port is run there *by hand*, too: somebody stands beside the target who does
+and sees what a case asks for, as a command does that [`--operator-hook`](checks.md#somebody-beside-the-target) names. A
+case that breaks down counts as well. A host at a port is one that
 [tells what it understood](checks.md#a-client-that-tells-what-it-understood); of one that does not, only what it sends
 is judged, and most of its faults do not show. Any protocol of a plug-in gets the same:
 `python -m measure.mutants.derived --bench FILE --protocol NAME`.
 
 The score is the share of the mutants that were found, less the equivalent ones. *Without effect* are those with which
 no case of the suites meets a frame, timer or edge that differs: they survive, and count so. *Of those that can show* is
-the score at a port without those that no stimulus at a port shows, whoever is there; each is named with the reason.
+the score by hand without those that no stimulus at a port shows, whoever stands there; they are named with the reason.
 
 """.removeprefix("\n")
 
@@ -47,8 +49,8 @@ def _lines(book: Book) -> Iterator[str]:
     yield "# Wrong peers made from what a protocol says of itself\n"
     yield "Made by `python -m measure.mutants.derived`. Do not edit.\n"
     yield from _HEAD.splitlines()
-    yield "| Peer | Mutants | Run | Equivalent | Found at a port | of those that can show | as a model |"
-    yield "|---|---|---|---|---|---|---|"
+    yield "| Peer | Mutants | Run | Equivalent | Found at a port | by hand, too | of those that can show | as a model |"
+    yield "|---|---|---|---|---|---|---|---|"
     for name, run in book.file.subjects.items():
         yield _row(book, name, run)
     for name, run in book.file.subjects.items():
@@ -58,20 +60,21 @@ def _lines(book: Book) -> Iterator[str]:
 def _row(book: Book, name: str, run: Run) -> str:
     equal = book.equivalent(name)
     counted = {id_: entry for id_, entry in run.mutants.items() if id_ not in equal}
-    can_show = [entry for id_, entry in counted.items() if not hidden(name, id_)]
-    port, model = (_score(counted.values(), mode) for mode in _MODES)
-    scores = [port, _score(can_show, "port") if len(can_show) < len(counted) else "-", model]
+    can_show = [entry for id_, entry in counted.items() if entry.found("hand") or not hidden(name, id_)]
+    port, hand, model = (_score(counted.values(), mode) for mode in _MODES)
+    asked = "hand" in run.cases
+    showing = _score(can_show, "hand" if asked else "port") if len(can_show) < len(counted) else "-"
+    scores = [port, hand if asked else "-", showing, model]
     share = "all" if run.share >= 1 else f"{run.share:.0%}, seed {run.seed}"
     cells = [run.title, run.derived, f"{len(run.mutants)} ({share})", len(equal), *scores]
     return f"| {' | '.join(map(str, cells))} |"
 
 
 def _score(entries: Iterable[Entry], mode: str) -> str:
-    outcomes = [entry.outcomes[mode] for entry in entries if mode in entry.outcomes]
-    if not outcomes:
+    found = [was for entry in entries if (was := entry.found(mode)) is not None]
+    if not found:
         return "not run"
-    found = sum(outcome.found for outcome in outcomes)
-    return f"{found} of {len(outcomes)}, {found / len(outcomes):.1%}"
+    return f"{sum(found)} of {len(found)}, {sum(found) / len(found):.1%}"
 
 
 def _subject(book: Book, name: str, run: Run) -> Iterator[str]:
@@ -86,15 +89,16 @@ def _subject(book: Book, name: str, run: Run) -> Iterator[str]:
         differ = "".join(f"; otherwise: `{id_}`" for id_ in again.otherwise)
         yield f"{again.drawn} of the mutants that have an effect, drawn by seed, were run again as a model on lines"
         yield f"that pass a {kind} of the machine: {same} came out the same{differ}."
-    yield "\n| Of a | Run | Found at a port | Found as a model | Without effect at a port, as a model |"
-    yield "|---|---|---|---|---|"
+    yield "\n| Of a | Run | Found at a port | by hand, too | as a model | Without effect at a port, as a model |"
+    yield "|---|---|---|---|---|---|"
     by_group: dict[str, list[Entry]] = defaultdict(list)
     for entry in run.mutants.values():
         by_group[entry.group].append(entry)
     for group, entries in sorted(by_group.items()):
-        scores = " | ".join(_score(entries, mode) for mode in _MODES)
+        scores = " | ".join(_score(entries, mode) if mode != "hand" or mode in run.cases else "-" for mode in _MODES)
         idle = ", ".join(
-            str(sum(not one.outcomes[mode].cases for one in entries if mode in one.outcomes)) for mode in _MODES
+            str(sum(not one.outcomes[mode].cases for one in entries if mode in one.outcomes))
+            for mode in ("port", "model")
         )
         yield f"| {group} | {len(entries)} | {scores} | {idle} |"
     yield from _survivors(book, name)
@@ -113,10 +117,21 @@ def _survivors(book: Book, name: str) -> Iterator[str]:
         for id_, entry in those:
             yield f"- `{id_}`: {entry.what}{_trace(entry, 'model')}"
         yield ""
-    at_port = dict(book.survivors(name, "port"))
-    unseen = {id_: entry for id_, entry in at_port.items() if hidden(name, id_)}
-    yield from _hidden(name, unseen)
-    yield from _others(name, {id_: entry for id_, entry in at_port.items() if id_ not in {*of_model, *unseen}})
+    at_port = {id_: entry for id_, entry in book.survivors(name, "port") if id_ not in of_model}
+    left = {id_: entry for id_, entry in at_port.items() if not entry.found("hand")}
+    yield from _by_hand({id_: entry for id_, entry in at_port.items() if id_ not in left})
+    yield from _hidden(name, {id_: entry for id_, entry in left.items() if hidden(name, id_)})
+    yield from _others(name, {id_: entry for id_, entry in left.items() if not hidden(name, id_)})
+
+
+def _by_hand(found: dict[str, Entry]) -> Iterator[str]:
+    if found:
+        yield "\n### Found at a port by hand alone\n"
+        yield "| Mutant | Fault | Found by |"
+        yield "|---|---|---|"
+        for id_, entry in found.items():
+            outcome = entry.outcomes["hand"]
+            yield f"| `{id_}` | {entry.what} | {', '.join(outcome.found_by) or outcome.lost} |"
 
 
 def _hidden(name: str, those: dict[str, Entry]) -> Iterator[str]:

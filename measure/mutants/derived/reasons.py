@@ -138,8 +138,40 @@ _FLASH = (
 )
 """Figures of CONFIG that no command changes."""
 
+_OFFSET = "an offset that its sensor may have by its data sheet"
+
 HIDDEN: Mapping[str, Sequence[tuple[str, str]]] = MappingProxyType(
     {
+        "pkt-board": (
+            (
+                r"ImuReport:acceleration\[\d\]:(plus|minus)",
+                f"1 m/s^2 is {_OFFSET}: 80 mg, and 1.5 mg more for each K (PS-MPU-9250A-01, section 3.2)",
+            ),
+            (r"ImuReport:rate_deg_s\[\d\]:(plus|minus)", f"1 deg/s is {_OFFSET}: 5 deg/s (section 3.1)"),
+            (
+                r"ImuReport:field_mgauss\[\d\]:(plus|minus)",
+                "1 mG is less than a step of the compass, 1.5 mG (section 3.3), and iron beside it makes far more",
+            ),
+            (
+                r"ImuReport:temperature_c:(plus|minus)",
+                "1 C is less than a chip is warmer than the air around it, and nobody else knows its temperature",
+            ),
+            (
+                r"ImuReport:quaternion\[3\]:sign",
+                "with the other sign of its scalar it leads from the earth and not to it, and no source says which",
+            ),
+            (
+                r"(ImuReport|GpsReport):(late|early)",
+                "no source says when in its second a report is made, nor how old its figures are then",
+            ),
+            (r"GpsReport:(first|second)_deg:stale", "the filter of a receiver may be late by 1 s"),
+        ),
+        "carla-board": (
+            (
+                r"says:MANUAL:(steer|throttle|brake):stale",
+                "it is late by 60 ms, and when somebody moved the joystick nobody knows as exactly",
+            ),
+        ),
         "p2os-server": (
             (
                 r"hears:DHEAD:doubled",

@@ -1,20 +1,21 @@
 """Who is made wrong: a protocol's side, the suites that have to find it, and the benches that they run on.
 
-A subject is checked in two ways, both in virtual time. *At a port* it stands at the far end of a line as somebody
-else's, and the bench can do what a bench with a port can. *As a model* each case has a fresh one on a bench that can do
-everything.
+A subject is checked in three ways, all in virtual time. *At a port* it stands at the far end of a line as somebody
+else's, and the bench can do what a bench with a port can. *By hand* somebody stands beside it there who is asked, as an
+operator's hook is. *As a model* each case has a fresh one on a bench that can do everything.
 """
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 from unittest.mock import patch
 
 from hilbench.bench import Bench
 from hilbench.bench.locked_providers import ExecProvider, LockedProvider
+from hilbench.bench.operator import Operator
 from hilbench.bench.shared import Shared
 from hilbench.benchfile.reader import BenchFile, open_bench
 from hilbench.clock import NS_PER_MS, Scheduler
@@ -35,11 +36,15 @@ from hilbench.systems.vehicle.car_simulator import CarSimulator
 from hilbench.systems.vehicle.reporting_car import CarReporter
 from hilbench.terminal.options import TargetChoice
 from hilbench.through import Routes
+from measure.mutants.beside import BesideRover, BesideVehicle
 from measure.mutants.derived.fields import Reading
+from measure.mutants.in_bench_time import ForeignRoverInBenchTime, ForeignVehicleInBenchTime
 from measure.mutants.wire import Way
 from protocols.p2os import ClientOptions
 from protocols.pkt import PROFILES
 from targets.robots.car_host import CarHostSettings
+from targets.robots.rover import RoverRobot, RoverSettings
+from targets.robots.vehicle_interface import VehicleInterface, VehicleSettings
 
 __all__ = ["SUBJECTS", "MakeRelay", "Subject", "bench_of", "opened"]
 
@@ -47,6 +52,8 @@ Program = Callable[[Bench, Port], Any]
 """Makes a host that can `connect` and `disconnect`."""
 Tell = Callable[[Bench, Any, Port], object]
 """Puts what tells of a host, and hands on what it is told, at the host's end of a line."""
+MakeBeside = Callable[[Shared], BenchProvider]
+"""Opens benches with a model at a port, and the operator of what they share beside it."""
 MakeRelay = Callable[[Scheduler, Port], Port]
 """Puts a relay in front of a checker's end of a line."""
 
@@ -68,6 +75,7 @@ class Subject:
         ports: what stands for it on a command line where it is somebody else's; no such bench if empty.
         program: makes the host that somebody else would start, at a port; where it is the host's side.
         tell: has it tell what it understood on a line of its own, as a host may that is written to be checked.
+    beside: makes a bench with it at a port and somebody beside it, who is asked; None where nobody can be.
     """
 
     name: str
@@ -82,6 +90,12 @@ class Subject:
     ports: tuple[TargetChoice, ...] = (TargetChoice(spec="serial:/dev/none"),)
     program: Program | None = None
     tell: Tell | None = None
+    beside: MakeBeside | None = None
+
+    @property
+    def by_hand(self) -> str:
+        """What selects its cases that need somebody beside it, and that he makes possible."""
+        return " or ".join(clause.id for clause in self.record.clauses() if getattr(clause, "by_hand", False))
 
     @property
     def record(self) -> ProtocolPlugin:
@@ -107,6 +121,26 @@ _ENDS_WITHIN_NS = 1_500 * NS_PER_MS
 _TELLING = (TargetChoice(spec="exec:client {port} {report}"),)
 
 
+@dataclass(frozen=True, slots=True)
+class _Beside:
+    """See `MakeBeside`.
+
+    Args:
+        person: makes who stands beside the model, and is it.
+        foreign: opens benches with it.
+    """
+
+    person: Callable[[], Any]
+    foreign: Callable[..., BenchProvider]
+
+    def __call__(self, shared: Shared) -> BenchProvider:
+        """See `MakeBeside`."""
+        person, model = self.person(), shared.bench_file.model
+        assert model is not None
+        operator = Operator(system_of(model).hand_requests, [person])
+        return self.foreign(replace(shared, operator=operator), person.put)
+
+
 def _ground_station(bench: Bench, port: Port) -> GroundStation:
     return GroundStation(bench, port, PROFILES["documented"])
 
@@ -129,6 +163,7 @@ SUBJECTS = {
             bench="rover-model",
             suites=("pkt-board",),
             select="documented",
+            beside=_Beside(lambda: BesideRover(lambda: RoverRobot(RoverSettings())), ForeignRoverInBenchTime),
         ),
         Subject(
             name="pkt-host",
@@ -163,6 +198,7 @@ SUBJECTS = {
             suites=("vehicle-board",),
             select="hardened",
             line="usart2",
+            beside=_Beside(lambda: BesideVehicle(VehicleInterface(VehicleSettings())), ForeignVehicleInBenchTime),
             ports=(
                 TargetChoice(spec="serial:/dev/usart2", name="simulator"),
                 TargetChoice(spec="serial:/dev/usart3", name="stack"),
@@ -218,13 +254,16 @@ class _Relayed(Shared):
 
 
 @contextlib.contextmanager
-def opened(subject: Subject, relay: MakeRelay, *, at_port: bool, through: str = "") -> Iterator[BenchProvider]:
+def opened(
+    subject: Subject, relay: MakeRelay, *, at_port: bool, by_hand: bool = False, through: str = ""
+) -> Iterator[BenchProvider]:
     """Return who opens the benches of a subject, with a relay on its line.
 
     Args:
         subject: who is put to the test.
         relay: puts it there; called for each of the checker's lines.
         at_port: it is somebody else's.
+        by_hand: and somebody stands beside it, who is asked.
         through: a door of this machine that the lines pass, one of `hilbench.terminal.options.THROUGH`.
     """
     routes = Routes(through) if through else None
@@ -232,7 +271,11 @@ def opened(subject: Subject, relay: MakeRelay, *, at_port: bool, through: str = 
     door = routes or (lambda port: port)
     shared = _Relayed(bench_file=bench_file, timeout_scale=1.0, journal=Journal(), relay=relay, door=door)
     assert bench_file.model is not None
-    provider = system_of(bench_file.model).provider(shared, subject.ports if at_port else ())
+    if by_hand:
+        assert subject.beside is not None
+        provider = subject.beside(shared)
+    else:
+        provider = system_of(bench_file.model).provider(shared, subject.ports if at_port else ())
     with contextlib.ExitStack() as stack:
         if routes is not None:
             stack.callback(routes.close)

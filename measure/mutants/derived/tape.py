@@ -62,8 +62,8 @@ class Tape:
     verdicts: dict[str, Verdict] = field(default_factory=dict)
 
 
-def recorded(subject: Subject, *, at_port: bool, seed: int = 0) -> Tape:
-    """Run the suites of a subject against it as it is meant to be."""
+def recorded(subject: Subject, *, at_port: bool, by_hand: bool = False, seed: int = 0) -> Tape:
+    """Run the suites of a subject against it as it is meant to be; `by_hand`, those that need somebody beside it."""
     from hilbench.check.runner import run_suites
 
     tape = Tape()
@@ -82,7 +82,7 @@ def recorded(subject: Subject, *, at_port: bool, seed: int = 0) -> Tape:
 
         return Relay(scheduler, port, readings[Way.OUT], readings[Way.IN], tell_said=tell_said, tell_heard=tell_heard)
 
-    with opened(subject, relay, at_port=at_port) as provider, _watching(lambda: now):
+    with opened(subject, relay, at_port=at_port, by_hand=by_hand) as provider, _watching(lambda: now):
         open_case = provider.open_case
 
         @contextlib.contextmanager
@@ -93,7 +93,12 @@ def recorded(subject: Subject, *, at_port: bool, seed: int = 0) -> Tape:
                 yield bench
 
         provider.open_case = noted  # type: ignore[method-assign]
-        options = CheckOptions(bench=subject.bench, suites=subject.suites, select=subject.select, seed=seed)
+        options = CheckOptions(
+            bench=subject.bench,
+            suites=subject.suites,
+            select=subject.selects(subject.by_hand if by_hand else ""),
+            seed=seed,
+        )
         report = run_suites(options, provider)
     tape.verdicts = {case.id: case.verdict for case in report.cases}
     return tape

@@ -85,6 +85,7 @@ def tried(
     cases: Sequence[str],
     *,
     at_port: bool,
+    by_hand: bool = False,
     unsound: Collection[str] = (),
     seed: int = 0,
     through: str = "",
@@ -96,6 +97,7 @@ def tried(
         mutant: how.
         cases: those that may show it.
         at_port: the subject is somebody else's.
+        by_hand: and somebody stands beside it.
         unsound: cases whose verdict says nothing, since the right peer does not pass them either.
         seed: of the run.
         through: a door of this machine that the lines pass; see `opened`.
@@ -115,7 +117,7 @@ def tried(
         lanes = {"on_said": acting} if mutant.way is Way.OUT else {"on_heard": acting}
         return Relay(scheduler, port, readings[Way.OUT], readings[Way.IN], **lanes)  # type: ignore[arg-type]
 
-    with opened(subject, relay, at_port=at_port, through=through) as provider, _wrong(mutant):
+    with opened(subject, relay, at_port=at_port, by_hand=by_hand, through=through) as provider, _wrong(mutant):
         open_case = provider.open_case
 
         @contextlib.contextmanager

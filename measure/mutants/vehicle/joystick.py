@@ -20,6 +20,11 @@ def _cubic(axis):
     return _CubicAxis(least=axis.least, zero=axis.zero, greatest=axis.greatest, dead_band=axis.dead_band)
 
 
+def _at_half(axis):
+    """Twice as far to either end."""
+    return replace(axis, least=2 * axis.least - axis.zero, greatest=2 * axis.greatest - axis.zero)
+
+
 class _OneFrameBehind(Sends):
     """Says where the joystick was at the frame before."""
 
@@ -87,6 +92,12 @@ FAULTS = (
             "VB34H",
         ),
         board={"x_axis": replace(X_AXIS, least=0), "y_axis": replace(Y_AXIS, least=0)},
+    ),
+    VehicleMutant(
+        id="joystick-at-half",
+        what="the joystick's ends are half of what they should be",
+        about=("VB17", "VB18"),
+        board={"x_axis": _at_half(X_AXIS), "y_axis": _at_half(Y_AXIS)},
     ),
     VehicleMutant(
         id="soft-joystick",

@@ -36,6 +36,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{UTILS} fGetJoyPostition", TASK),
         profiles=ALL,
         needs=STICK,
+        by_hand=True,
     ),
     Clause(
         id="VB18",
@@ -46,6 +47,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{UTILS} fGetJoyPostition", TASK),
         profiles=ALL,
         needs=STICK,
+        by_hand=True,
     ),
     Clause(
         id="VB34",

@@ -18,6 +18,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{TASK}, TIMEOUT_MICRO_ROS_AGENT", f"{MICRO_ROS} rmw_uros_ping_agent(1000, 20)"),
         profiles=ALL,
         needs=("board", "stack", "boot"),
+        by_hand=True,
     ),
     Clause(
         id="VB04",
@@ -95,6 +96,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(CHOICE,),
         profiles=HARDENED,
         needs=("board", "stack", "boot"),
+        by_hand=True,
     ),
     Clause(
         id="VB56",

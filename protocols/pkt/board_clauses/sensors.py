@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from protocols.pkt.board_clauses._common import DOCUMENTED, G2_ALONE, SUITE
+from protocols.pkt.board_clauses._common import BY_REPORT, DOCUMENTED, G2_ALONE, SUITE
 from protocols.pkt.clause import CHOICE, G2, G2_IMU, G2_MEDIAN, MANUAL, Clause
 
 CLAUSES: tuple[Clause, ...] = (
@@ -47,6 +47,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{MANUAL}, 0x84",),
         profiles=DOCUMENTED,
         needs=("server", "gps"),
+        by_hand=True,
     ),
     Clause(
         id="P41",
@@ -68,6 +69,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{MANUAL}, 0x82",),
         profiles=DOCUMENTED,
         needs=("server", "imu"),
+        stand_ins=BY_REPORT,
     ),
     Clause(
         id="P42",
@@ -79,6 +81,7 @@ CLAUSES: tuple[Clause, ...] = (
         profiles=G2_ALONE,
         twin="P42D",
         needs=("server", "imu"),
+        by_hand=True,
     ),
     Clause(
         id="P42D",
@@ -89,6 +92,7 @@ CLAUSES: tuple[Clause, ...] = (
         sources=(f"{MANUAL}, 0x82",),
         profiles=DOCUMENTED,
         needs=("server", "imu"),
+        by_hand=True,
     ),
     Clause(
         id="P43",
@@ -122,7 +126,7 @@ CLAUSES: tuple[Clause, ...] = (
             "Throttles of 0.26 and 0.35: in 2 s the count of each wheel rises by 20 for each turn that its speeds in "
             "0x83 stand for, which are from 0 to 1000 rpm, within 3 and 15 %. From one 0x83 to the next a wheel whose "
             "speed is 0 in both counts no more than 3, and one that counts 4 before a 0x83 and behind it has a speed "
-            "in it. 2.5 s behind throttles of 0 wheels that count nothing have speeds of 0."
+            "in it. 2.5 s behind throttles of 0 wheels that count nothing in six 0x83 have speeds of 0 in the last."
         ),
         sources=(f"{MANUAL}, 0x83 and the tachometers: 20 slots", CHOICE + " how near"),
         profiles=DOCUMENTED,
@@ -135,8 +139,8 @@ CLAUSES: tuple[Clause, ...] = (
         title="0x82 has figures that its sensor can have",
         text=(
             "Accelerations within 2 g, rates within 250 deg/s, the field within 4912 uT, the temperature from -40 to "
-            "85 C; the quaternion has the length 1 within 0.001. Where bit 0 of its byte 1 says that it was read, "
-            "AHRS_FAIL is not set in the STATUS of the next 0x80."
+            "85 C, and 0 or 1e-9 C at least; the quaternion has the length 1 within 0.001. Where bit 0 of its byte 1 "
+            "says that it was read, AHRS_FAIL is not set in the STATUS of the next 0x80."
         ),
         sources=(
             f"{G2_IMU}/mpu9250.cpp: full scales",
@@ -177,5 +181,77 @@ CLAUSES: tuple[Clause, ...] = (
         ),
         profiles=DOCUMENTED,
         needs=("server", "sensed"),
+    ),
+    Clause(
+        id="P89",
+        suite=SUITE,
+        level="must",
+        title="All of 0x82 is of one turn",
+        text=(
+            "The rover is turned slowly to and fro about its vertical axis, over its sides and over its nose. In each "
+            "0x82 the quaternion has the length 1 within 0.001. Its rates are those at which its attitude changes, and "
+            "acceleration and field turn as it does, within a factor of 2.5, at most half of it another way; "
+            "the length of the acceleration is 2.5 m/s^2 off its mean at most, that of the field, less one that turns "
+            "with the sensor, 35 %, root mean square. All this within the axes of the sensor and its compass, "
+            "whichever way they lie in the rover; the quaternion leads to the earth or from it. What is not so, is not "
+            "so twice."
+        ),
+        sources=(
+            f"{MANUAL}, 0x82: acceleration, rate, field and attitude",
+            "a turn is the same for all that turns",
+            "PS-MPU-9250A-01, section 9.1: axes of the sensor and its compass",
+            CHOICE + " how near",
+        ),
+        profiles=DOCUMENTED,
+        needs=("server", "turned"),
+        by_hand=True,
+    ),
+    Clause(
+        id="P90",
+        suite=SUITE,
+        level="must",
+        title="0x84 says whether there is a fix",
+        text=(
+            "The GPS receiver has a fix, its view of the sky is taken until it has none: byte 1 of the second 0x84 "
+            "behind that is 0, and that of the second one behind its next fix is not."
+        ),
+        sources=("nhorro/ceai2020 at c47f7b4, application.cpp send_gps_report: validity", CHOICE + " how soon"),
+        profiles=DOCUMENTED,
+        needs=("server", "sky"),
+        by_hand=True,
+    ),
+    Clause(
+        id="P91",
+        suite=SUITE,
+        level="must",
+        title="The position moves with the rover",
+        text="Carried at least 200 m away, the rover has in the second 0x84 behind that where it is, within 100 m.",
+        sources=(f"{MANUAL}, 0x84", CHOICE + " how near and how soon"),
+        profiles=DOCUMENTED,
+        needs=("server", "carried"),
+        by_hand=True,
+    ),
+    Clause(
+        id="P92",
+        suite=SUITE,
+        level="must",
+        title="The temperature is that of a chip in the air",
+        text="The air around the rover is from 30 C below the temperature in 0x82 to 10 C above it.",
+        sources=(f"{MANUAL}, 0x82: temperature in C", CHOICE + " how much warmer the sensor may be, or how late"),
+        profiles=DOCUMENTED,
+        needs=("server", "air"),
+        by_hand=True,
+    ),
+    Clause(
+        id="P93",
+        suite=SUITE,
+        level="must",
+        title="0x84 has a place of the earth",
+        text=(
+            "The first figure of a 0x84 is from -90 to 90, the second from -180 to 180, and each is 0 or 1e-9 at least."
+        ),
+        sources=(f"{MANUAL}, 0x84: latitude and longitude in degrees", CHOICE + ": 1e-9, which is 0.1 mm"),
+        profiles=DOCUMENTED,
+        needs=("server",),
     ),
 )

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from targets.robots.rover.events import LedSwitched, MotorsCommanded, RoverEvent
     from targets.robots.rover.plant import STEADY_RPM, Plant, steady_rpm
     from targets.robots.rover.robot import RoverRobot, behaviour_of
-    from targets.robots.rover.sensed import Sensed
+    from targets.robots.rover.sensed import Rocking, Sensed
     from targets.robots.rover.settings import PROFILE_NAMES, RoverSettings
 else:
     from targets.robots.deferred import deferred
@@ -30,6 +30,7 @@ else:
             "MotorsCommanded": "events",
             "PROFILE_NAMES": "settings",
             "Plant": "plant",
+            "Rocking": "sensed",
             "RoverEvent": "events",
             "RoverRobot": "robot",
             "RoverSettings": "settings",
@@ -51,6 +52,7 @@ __all__ = [
     "LedSwitched",
     "MotorsCommanded",
     "Plant",
+    "Rocking",
     "RoverEvent",
     "RoverRobot",
     "RoverSettings",

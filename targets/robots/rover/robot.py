@@ -45,7 +45,7 @@ from targets.robots.rover.control import Motors, Tachometers
 from targets.robots.rover.defects import DEFECTS
 from targets.robots.rover.events import LedSwitched, MotorsCommanded, RoverEvent
 from targets.robots.rover.plant import Plant
-from targets.robots.rover.sensed import Sensed
+from targets.robots.rover.sensed import Rocking, Sensed
 from targets.robots.rover.settings import RoverSettings
 
 __all__ = ["RoverRobot", "behaviour_of"]
@@ -80,7 +80,8 @@ class RoverRobot:
         plant: its wheels.
         motors: what they are commanded.
         lit: whether the test LED is on.
-        sensed: what its inertial sensor senses.
+        sensed: what its inertial sensor senses at rest.
+        rocking: how it is turned to and fro; None at rest.
         position: where its GPS receiver is; None without a fix.
     """
 
@@ -101,6 +102,7 @@ class RoverRobot:
         self.motors = Motors(self.behaviour.body)
         self.lit = False
         self.sensed = Sensed(field_mgauss=settings.field_mgauss, temperature_c=settings.temperature_c)
+        self.rocking: Rocking | None = None
         self.position: Position | None = Position(
             latitude_deg=settings.latitude_deg, longitude_deg=settings.longitude_deg
         )
@@ -236,7 +238,8 @@ class RoverRobot:
         return makers.get(report, self._pid)()
 
     def _imu(self) -> Report:
-        sensed, dialect = self.sensed, self.behaviour.dialect
+        dialect = self.behaviour.dialect
+        sensed = self.sensed if self.rocking is None else self.rocking.sensed(self.sensed, self._tick_ns())
         acceleration = acceleration_raw(sensed.acceleration_m_s2, dialect)
         if self.behaviour.server.schema is Schema.V1:
             return EulerImuReport(

@@ -5,12 +5,10 @@ from __future__ import annotations
 import contextlib
 import json
 from functools import partial
-from itertools import pairwise
 
 import pytest
 
-from hilbench.bench.devices import DeviceActor, LinesActor
-from hilbench.bench.operator import CANNOT, DONE, Operator
+from hilbench.bench.operator import Operator
 from hilbench.bench.shared import Shared
 from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, run_suites
@@ -19,123 +17,14 @@ from hilbench.journal import Journal
 from hilbench.systems.rover.system import ROVER
 from hilbench.systems.vehicle.system import VEHICLE
 from measure.mutants import rover as rovers
+from measure.mutants.beside import BesideRover, BesideVehicle
 from measure.mutants.in_bench_time import ForeignRoverInBenchTime, ForeignVehicleInBenchTime
 from measure.mutants.vehicle.tables import all_mutants as all_vehicles
-from protocols.carla import X_AXIS, Y_AXIS
 from protocols.carla.clauses import BOARD_CLAUSES as VEHICLE_CLAUSES
 from protocols.pkt.clauses import BOARD_CLAUSES as ROVER_CLAUSES
 from targets.robots.rover import RoverRobot, RoverSettings
 from targets.robots.vehicle_interface import VehicleInterface, VehicleSettings
 from tests.each import each
-
-TAKES_S = 3.0
-"""How long somebody takes for whatever he is asked for: much longer than any deadline of the protocols."""
-
-
-class Person:
-    """Does what he is asked for at the target, in his own time.
-
-    Attributes:
-        asked: the names and words of the requests.
-        cannot: the names of those that he refuses.
-    """
-
-    def __init__(self, *cannot):
-        self.asked, self.cannot = [], cannot
-
-    def answer(self, bench, asked):
-        self.asked.append((asked.name, *asked.words))
-        bench.run_for(TAKES_S / 2)
-        if asked.name in self.cannot:
-            return CANNOT
-        said = getattr(self, asked.name.replace("-", "_"))(bench, *asked.words)
-        bench.run_for(TAKES_S / 2)
-        return said or DONE
-
-    def last(self, asked):
-        self.asked.append(("last", asked.name))
-
-    def close(self):
-        self.asked.append(("close",))
-
-
-class BesideRover(Person):
-    """And is the board, which may be held in reset.
-
-    Args:
-        make: makes the rover, which counts time from when it is switched on.
-    """
-
-    def __init__(self, make, *cannot):
-        super().__init__(*cannot)
-        self.make, self.robot, self.on_ns, self.actor = make, make(), 0, None
-
-    def put(self, bench, port):
-        self.actor = DeviceActor(bench, self, port, name="rover")
-
-    def led(self, _bench):
-        return "lit" if self.robot.lit else "dark"
-
-    def hold_wheels(self, _bench):
-        self.robot.plant.force(0.0)
-
-    def release_wheels(self, _bench):
-        self.robot.plant.force(None)
-
-    def hold_reset(self, _bench):
-        self.robot = None
-
-    def release_reset(self, bench):
-        self.robot, self.on_ns = self.make(), bench.now_ns
-        self.actor.transmit(b"")
-
-    def receive(self, data, now_ns):
-        return self.robot.receive(data, now_ns - self.on_ns) if self.robot else b""
-
-    def advance(self, now_ns):
-        return self.robot.advance(now_ns - self.on_ns) if self.robot else b""
-
-    def next_deadline_ns(self):
-        return self.robot.next_deadline_ns() + self.on_ns if self.robot else None
-
-    def take_events(self):
-        return self.robot.take_events() if self.robot else ()
-
-
-class BesideVehicle(Person):
-    """Args: board: what stands at the ports."""
-
-    def __init__(self, board, *cannot):
-        super().__init__(*cannot)
-        self.board, self.actor = board, None
-
-    def put(self, bench, ports):
-        self.actor = LinesActor(bench, self.board, ports, name="board")
-
-    def press(self, bench):
-        self.actor.transmit(self.board.press(bench.now_ns))
-
-    def hold_joystick(self, bench, place):
-        """A hand does not get quite to the end, and not straight."""
-        x = {"right": 60_000, "left": 2000}.get(place.partition("to the ")[2].partition(" ")[0], X_AXIS.zero + 700)
-        y = 1900 if "back" in place else Y_AXIS.zero
-        self.actor.transmit(self.board.set_joystick(x, y, bench.now_ns))
-
-    def release_joystick(self, bench):
-        self.actor.transmit(self.board.set_joystick(X_AXIS.zero + 200, Y_AXIS.zero - 200, bench.now_ns))
-
-    def light(self, _bench):
-        return self.board.light or "none"
-
-    def indicators(self, bench):
-        seen = []
-        for _ in range(150):
-            bench.run_for(0.02)
-            seen.append(self.board.lit_lamps(bench.now_ns))
-        left, right = (sum(now > before for before, now in pairwise(side)) for side in zip(*seen, strict=True))
-        if not {left, right} <= {0, *range(3, 7)}:
-            return "otherwise"
-        return {(True, False): "left", (False, True): "right", (True, True): "both"}.get((left > 0, right > 0), "none")
 
 
 def check(person, select, *, strict=False, journal=None):
@@ -175,6 +64,8 @@ ROVER_FAULTS = {
     "P11D": "no-resync",
     "P26": "no-periodic-reports",
     "P38D": "pid-offsets",
+    "P40D": "gps-order",
+    "P42D": "quat-wxyz",
     "P43D": "first-rpm-1",
     "P44D": "led-shared",
     "P45D": "pid-windup",
@@ -182,12 +73,20 @@ ROVER_FAULTS = {
     "P62": "setpoints-outlive-the-link",
     "P63": "setpoint-flags-ignored",
     "P78": "accepted-from-1",
+    "P89": "field-mirrored",
+    "P90": "stale-byte-84",
+    "P91": "position-stays",
+    "P92": "temperature-in-fahrenheit",
 }
 VEHICLE_FAULTS = {
+    "VB03": "ping-2s",
     "VB08": "starts-off",
     "VB09": "deaf-switch",
     "VB10": "press-ends-emergency",
     "VB15": "zero-off",
+    "VB17": "joystick-at-half",
+    "VB18": "joystick-at-half",
+    "VB42H": "agent-by-commands",
     "VB43": "hasty-lamps",
     "VB54": "no-red",
 }
@@ -257,6 +156,14 @@ def test_what_is_wrong_is_found_with_somebody_beside_it(chosen):
 def test_what_was_asked_for_is_taken_back_before_the_next_case(person, select, asked):
     assert check(person, select).exit_code == 0
     assert person.asked == asked
+
+
+@pytest.mark.exhaustive("twenty seconds without an agent; the gate has other clauses by hand")
+def test_a_board_that_was_started_without_an_agent_is_started_once_more():
+    person = BesideVehicle(right_vehicle())
+    assert check(person, "VB03 or VB09").exit_code == 0
+    reset = [("hold-reset",), ("release-reset",)]
+    assert [one for one in person.asked if "reset" in one[0]] == reset * 2
 
 
 def test_what_the_operator_cannot_do_is_not_shown():

@@ -74,7 +74,7 @@ def rover_model(select="", *patches, mutant=None, baud=None):
 
 SAYS_BY_ITSELF = {
     *("P30", "P39", "P39D", "P40", "P40D", "P41", "P41D", "P42", "P42D", "P43", "P43D", "P49", "P49D"),
-    *("P72", "P75", "P78", "P84", "P85", "P86", "P87"),
+    *("P72", "P75", "P78", "P84", "P85", "P86", "P87", "P89", "P90", "P91", "P92", "P93"),
 }
 """Nothing is commanded."""
 COUNTS_AND_ANSWERS = {

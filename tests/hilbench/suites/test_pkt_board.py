@@ -83,7 +83,7 @@ def test_two_runs_are_the_same(report):
     assert again.items() <= {case.id: case.case_hash for case in report.cases}.items()
 
 
-SOONER = {"P40D": "gps-order"}
+SOONER = {"P40D": "gps-order", "P89": "quaternion-long"}
 """Which fault a clause finds at once that takes a minute of bench time for another."""
 
 
@@ -175,6 +175,10 @@ def at_a_port(select, rover):
 
     shared = Shared(bench_file=open_bench("rover-model"), timeout_scale=1.0, journal=Journal())
     return run_suites(replace(OPTIONS, select=f"documented and ({select})"), ForeignRoverInBenchTime(shared, put))
+
+
+def test_wheels_that_run_out_slowly_are_right():
+    assert at_a_port("P83", lambda: RoverRobot(RoverSettings(wheel_lag_s=0.5))).exit_code == 0
 
 
 def test_of_a_right_rover_at_a_port_a_lost_link_is_shown_by_its_own_report():
