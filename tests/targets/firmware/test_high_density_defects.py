@@ -42,7 +42,7 @@ DEFECTS = [
     ),
     Defect("clearing TEN loads nothing", "dac", Channel, "set_up", "self._load_held()", "pass"),
     # --- DMA
-    Defect("no request", "dac", Channel, "_edge", "self._request.pulse()", "pass"),
+    Defect("no request", "dac", Channel, "_ask", "self._request.pulse()", "pass"),
     Defect("DMAEN is not looked at", "dac", Channel, "_edge", "if self._control & DMAEN", "if True"),
     Defect(
         "software asks for DMA",
