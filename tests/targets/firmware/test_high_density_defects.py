@@ -77,16 +77,16 @@ DEFECTS = [
         "high-density",
         Stm32f103,
         "_make_timers",
-        "else services, kinds[name]",
-        'else services, kinds["TIM6" if name == "TIM7" else name]',
+        "else self._services_of(name), kinds[name]",
+        'else self._services_of(name), kinds["TIM6" if name == "TIM7" else name]',
     ),
     Defect(
         "TIM8 has the masters of TIM1",
         "high-density",
         Stm32f103,
         "_make_timers",
-        "else services, kinds[name]",
-        'else services, replace(kinds[name], internal_triggers=("TIM5", "TIM2", "TIM3", "TIM4"))'
+        "else self._services_of(name), kinds[name]",
+        'else self._services_of(name), replace(kinds[name], internal_triggers=("TIM5", "TIM2", "TIM3", "TIM4"))'
         ' if name == "TIM8" else kinds[name]',
     ),
     Defect("UG is not put out", "high-density", TimerEffects, "_reinitialise", "self._pulse_trgo()", "pass"),
