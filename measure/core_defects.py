@@ -688,9 +688,7 @@ DEFECTS = (
     _words("MOSI changes in the end alone", "25.3.1", "    wires->behind = 1;\n", ""),
     _words("who looks sees nothing", "25.3.1", "here = wires->plain ?", "here = true ?"),
     _words("a wire back brings the same bit", "25.3.1", "- 1 - wires->halves / 2) & 1", "- 1) & 1"),
-    _words(
-        "who looks at a wire back sees nothing", "25.3.1", "  if (!wires->late)\n    bit", "  if (false)\n    bit"
-    ),
+    _words("who looks at a wire back sees nothing", "25.3.1", "  if (!wires->late)\n    bit", "  if (false)\n    bit"),
     _words("a promise holds in another mode", "25.3.1", " || mode(spi) != spi->promised_mode", ""),
     _words("what was sent meanwhile is forgotten", "25.3.1", "told[wires->heard++]", "told[wires->heard]"),
     _words("promised bytes come again", "25.3.1", "answers[spi->answered++]", "answers[spi->answered]"),
