@@ -139,8 +139,9 @@ class SpiWire:
         if going.told >= going.halves:
             self._end()
             return
+        going.event = None
         self._tell()
-        if self._under_way is not going:
+        if self._under_way is not going or going.event is not None:  # broken off, or the pins are looked at otherwise
             return
         going.sample(self._level(going.word))
         following = self._half if Watch.LIVE in (self._sck.watch(), self._mosi.watch()) else self._end

@@ -257,6 +257,31 @@ def test_whoever_sees_an_edge_may_take_the_bus(kind, pin, edge, looped):
     assert (rig.look("PA5")[0], rig.look("PA7")[0]) == (None, None)
 
 
+@pytest.mark.parametrize("kind", [Spi, Former])
+@pytest.mark.parametrize(("pin", "edge"), [("PA5", 1), ("PA5", 4), ("PA7", 1), ("PA7", 4)])
+@pytest.mark.parametrize("looped", [False, True])
+def test_whoever_sees_an_edge_may_look_no_more(kind, pin, edge, looped):
+    rig, seen = Rig(kind, [], promising=True), []
+
+    def look_no_more(*_edge):
+        seen.append(rig.chip.time.now)
+        if len(seen) == edge:
+            rig.pins[pin].off_edge(look_no_more)
+
+    if looped:
+        rig.loop()
+    rig.master(0, 0, 0)
+    rig.send(0x55)
+    rig.wait(2)
+    rig.pins[pin].on_edge(look_no_more)
+    rig.wait(13)
+    assert (rig.read(SR), len(seen)) == (0x82, edge)
+    rig.wait(1)
+    assert (rig.read(SR), rig.read(DR)) == (3, 0x55 if looped else 0)
+    rig.wait(100)
+    assert rig.read(SR) == 2
+
+
 def test_a_wire_back_needs_nobody_who_looks(monkeypatch):
     """Words go round in C, until somebody looks in the middle of one."""
     rig, told = Rig(Spi, [], promising=True), []
