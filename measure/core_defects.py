@@ -653,7 +653,7 @@ DEFECTS = (
     _spi("CRCNEXT does not wait for the last word", "25.3.6", "!spi->has_word && (spi->crc_next", "(spi->crc_next"),
     _spi("no CRC after DMA", "25.3.7", " || last_of_dma(spi)", ""),
     _spi("a CRC of 16 bits", "25.3.6", "crc >> (bits - 1)", "crc >> 15"),
-    _spi("CRCEN does not begin anew", "25.3.6", "r[RXCRCR] = r[TXCRCR] = 0;", ";"),
+    _spi("CRCEN keeps the last CRC", "25.3.6", "r[RXCRCR] = r[TXCRCR] = 0;", ";"),
     _spi(
         "CRCERR is cleared by ones",
         "25.5.3",
