@@ -122,6 +122,8 @@ class SpiWire:
         if going is None:
             return
         self._tell()
+        if self._under_way is not going:
+            return
         self._time.cancel(going.event)
         live = Watch.LIVE in (self._sck.watch(), self._mosi.watch())
         if live:
@@ -137,19 +139,22 @@ class SpiWire:
         if going.told >= going.halves:
             self._end()
             return
+        going.event = None
         self._tell()
+        if self._under_way is not going or going.event is not None:  # broken off, or the pins are looked at otherwise
+            return
         going.sample(self._level(going.word))
         following = self._half if Watch.LIVE in (self._sck.watch(), self._mosi.watch()) else self._end
         next_half = going.told if following == self._half else going.halves
         going.event = self._time.at(going.cycle(next_half), following)
 
     def _tell(self) -> None:
-        """Bring levels and record of the pins up to the present cycle."""
+        """Bring levels and record of the pins up to the present cycle; who hears of it may break the word off."""
         going = self._under_way
         if going is None:
             return
         now = self._time.now
-        while going.told < going.halves and going.cycle(going.told) <= now:
+        while self._under_way is going and going.told < going.halves and going.cycle(going.told) <= now:
             self._tell_half(going)
 
     def _tell_half(self, going: UnderWay) -> None:
@@ -158,6 +163,8 @@ class SpiWire:
         going.told += 1
         if not half & 1 and word.drives:
             _put(self._mosi, cycle, word.bit(half))
+            if self._under_way is not going:
+                return
             self._mosi_level = word.bit(half)
         _put(self._sck, cycle, self._sck_level(word, half))
 

@@ -56,6 +56,15 @@ class Fsmc(Absent):
         return bool(control & self.MBKEN and readable)
 
 
+class ValueLineFsmc(Fsmc):
+    """That of the STM32F100, which has no banks for NAND flash and PC cards (RM0041 section 20.2)."""
+
+    REGISTERS = tuple(one for one in Fsmc.REGISTERS if one.name.startswith("B"))
+
+    def _is_on(self, address: int) -> bool:
+        return address < 0x7000_0000 and super()._is_on(address)
+
+
 class Cec(Absent):
     """The HDMI-CEC controller of the value line (RM0041 section 24): nothing is sent, nothing arrives."""
 
@@ -109,13 +118,13 @@ class UsbMemory(Peripheral):
 
 
 def absent_peripherals(services: Services, density: Density = MEDIUM) -> list[Peripheral]:
-    """Return everything of an STM32F103 of a density that is not modelled, at its address (RM0008 table 3)."""
+    """Return everything of a device of a density that is not modelled, at its address (RM0008 table 3)."""
     everything = (
         Usb("USB", 0x4000_5C00, services),
         UsbMemory("USB_SRAM", 0x4000_6000, services),
         Can("CAN", 0x4000_6400, services),
         Cec("CEC", 0x4000_7800, services),
-        Fsmc("FSMC", 0xA000_0000, services),
+        (ValueLineFsmc if density.value_line else Fsmc)("FSMC", 0xA000_0000, services),
     )
     gated_by = {"USB_SRAM": "USB"}
     return [part for part in everything if gated_by.get(part.name, part.name) in density.gates]

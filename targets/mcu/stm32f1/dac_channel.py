@@ -76,6 +76,7 @@ class Channel:
         self._clock = services.clocks.pclk("APB1")
         self._load: _Load | None = None
         self._by_trigger = False
+        self._asked = self._underrun = False
         self.reset()
 
     def reset(self) -> None:
@@ -134,11 +135,13 @@ class Channel:
                 self._ask()
 
     def _ask(self) -> None:
+        if self._underrun:
+            return
         if self._asked and self.on_underrun is not None:
             self._request.set(False)
             self._underrun = True
             self.on_underrun()
-        elif not self._underrun:
+        else:
             self._asked = True
             self._request.pulse()
 

@@ -212,6 +212,8 @@ class ValueLineUsart(Usart):
 
     def write_CR1(self, value: int) -> None:
         """As of every USART, and choose how often a bit is sampled, on which its length depends."""
+        if self._wants_16():
+            value &= ~OVER8
         if not (value ^ self[CR1]) & OVER8:
             super().write_CR1(value)
             return
@@ -219,6 +221,20 @@ class ValueLineUsart(Usart):
         super().write_CR1(value)
         self.after_clock_change()
         self._check_fraction()
+
+    def write_CR2(self, value: int) -> None:
+        """As of every USART; LIN wants 16 samples."""
+        super().write_CR2(value)
+        self.write_CR1(self[CR1])
+
+    def write_CR3(self, value: int) -> None:
+        """As of every USART; IrDA and smartcards want 16 samples."""
+        super().write_CR3(value)
+        self.write_CR1(self[CR1])
+
+    def _wants_16(self) -> bool:
+        """Say whether hardware forces OVER8 to 0 (RM0041 section 23.3.3, from memory)."""
+        return bool(self[CR2] & LINEN or self[CR3] & (IREN | SCEN))
 
     def _check_fraction(self) -> None:
         if self[CR1] & OVER8 and self[BRR] & 0x8:

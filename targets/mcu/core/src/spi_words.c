@@ -24,6 +24,8 @@ static void half(struct hil_spi *spi) {
   uint32_t bit = wires->bits >> (wires->count - 1 - wires->halves / 2) & 1;
   if (!wires->late)
     bit = spi->ask(SPI_EDGE, 0);
+  if (!wires->going) /* whoever has heard of the edge has broken the word off */
+    return;
   if (wires->halves++ & 1)
     wires->sampled = wires->sampled << 1 | bit;
   await(spi);

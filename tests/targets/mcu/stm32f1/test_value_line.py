@@ -9,6 +9,7 @@ import pytest
 
 from targets.boards import Board
 from targets.firmware import image_path
+from targets.mcu.errors import BusFault
 from targets.mcu.fidelity import Fidelity
 from targets.mcu.image import limits_for, load_image
 from targets.mcu.machine import Machine
@@ -103,6 +104,17 @@ def test_interrupts_go_up_to_55_and_60(chip, lines):
     bus = Rig(chip).machine.bus
     bus.write(0xE000_E104, 4, 0xFFFF_FFFF)
     assert bus.read(0xE000_E104, 4) == (1 << lines - 32) - 1
+
+
+def test_the_fsmc_has_neither_nand_nor_pc_cards(big):
+    """RM0041 section 20.2: what it has is the configuration registers and the controller of NOR flash and PSRAM."""
+    fsmc, bus = big.chip.peripherals["FSMC"], big.machine.bus
+    assert {one.name[:-1] for one in fsmc.registers.values()} == {"BCR", "BTR", "BWTR"}
+    big.poke("RCC_AHBENR", 0x114)
+    assert bus.read(0x6000_0000, 2) == 0
+    bus.write(0xA000_0060, 4, 0x000C)
+    with pytest.raises(BusFault):
+        bus.read(0x7000_0000, 2)
 
 
 def test_cec_is_declared(rig):
@@ -427,6 +439,7 @@ def test_dma_that_comes_too_late_is_an_underrun(rig, channel, dma):
     assert rig.peek(f"DMA1_CNDTR{dma}") == 9
     rig.poke("DAC_SR", flag)
     assert rig.peek("DAC_SR") == 0
+    assert trigger()[0] is False
     rig.poke("DAC_CR", 0)
     rig.poke("DAC_CR", 0x1005 << shift)
     assert [trigger(), trigger(), trigger()][-1][0] is False
@@ -447,6 +460,23 @@ def test_a_bit_of_a_usart_that_samples_it_8_times(rig, brr, over8, cycles):
     rig.poke("USART1_DR", 0x55)
     rig.advance(20_000)
     assert [frame.bit_s * 8_000_000 for frame in sent] == ([cycles] if cycles else [])
+
+
+@pytest.mark.parametrize(("register", "value"), [("CR2", 1 << 14), ("CR3", 1 << 1), ("CR3", 1 << 5)])
+def test_lin_irda_and_smartcards_are_sampled_16_times(rig, register, value):
+    """RM0041 section 23.3.3: OVER8 is forced to 0 by hardware with LINEN, IREN and SCEN."""
+    sent = []
+    rig.mode("PA9", AF)
+    rig.chip.usarts["USART1"].on_frame = sent.append
+    rig.poke("USART1_BRR", 0x110)
+    rig.poke("USART1_CR1", 0xA008)
+    rig.poke(f"USART1_{register}", value)
+    assert rig.peek("USART1_CR1") == 0x2008
+    rig.poke("USART1_CR1", 0xA008)
+    assert rig.peek("USART1_CR1") == 0x2008
+    rig.poke("USART1_DR", 0x55)
+    rig.advance(20_000)
+    assert [frame.bit_s * 8_000_000 for frame in sent] == [0x110]
 
 
 def test_bit_3_of_brr_is_not_looked_at_with_over8(rig):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from functools import partial
 
+import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -226,6 +227,59 @@ def test_a_level_that_was_told_of_late_is_right():
         rig.send(word)
         rig.wait(16)
     assert rig.look("PA7") == (True, True)
+
+
+@pytest.mark.parametrize("kind", [Spi, Former])
+@pytest.mark.parametrize(("pin", "edge"), [("PA5", 1), ("PA5", 4), ("PA7", 1), ("PA7", 4)])
+@pytest.mark.parametrize("looped", [False, True])
+def test_whoever_sees_an_edge_may_take_the_bus(kind, pin, edge, looped):
+    """A mode fault breaks the word off, and the pins are let go, at that very edge."""
+    rig, seen = Rig(kind, [], promising=True), []
+
+    def take_the_bus(*_edge):
+        seen.append(rig.chip.time.now)
+        if len(seen) == edge:
+            rig.drive("PA4", False, 50.0)
+
+    if looped:
+        rig.loop()
+    rig.drive("PA4", True, 10_000.0)
+    rig.write(CR1, MSTR | SPE | 1)
+    rig.send(0x55)
+    rig.wait(20)
+    rig.read(DR)
+    rig.send(0xAA)
+    rig.wait(2 * looped)
+    rig.pins[pin].on_edge(take_the_bus)
+    rig.wait(100)
+    assert seen[edge - 1] == seen[-1], "the pins were driven again"
+    assert (rig.spi[CR1] & (MSTR | SPE), rig.read(SR)) == (0, 0x22)
+    assert (rig.look("PA5")[0], rig.look("PA7")[0]) == (None, None)
+
+
+@pytest.mark.parametrize("kind", [Spi, Former])
+@pytest.mark.parametrize(("pin", "edge"), [("PA5", 1), ("PA5", 4), ("PA7", 1), ("PA7", 4)])
+@pytest.mark.parametrize("looped", [False, True])
+def test_whoever_sees_an_edge_may_look_no_more(kind, pin, edge, looped):
+    rig, seen = Rig(kind, [], promising=True), []
+
+    def look_no_more(*_edge):
+        seen.append(rig.chip.time.now)
+        if len(seen) == edge:
+            rig.pins[pin].off_edge(look_no_more)
+
+    if looped:
+        rig.loop()
+    rig.master(0, 0, 0)
+    rig.send(0x55)
+    rig.wait(2)
+    rig.pins[pin].on_edge(look_no_more)
+    rig.wait(13)
+    assert (rig.read(SR), len(seen)) == (0x82, edge)
+    rig.wait(1)
+    assert (rig.read(SR), rig.read(DR)) == (3, 0x55 if looped else 0)
+    rig.wait(100)
+    assert rig.read(SR) == 2
 
 
 def test_a_wire_back_needs_nobody_who_looks(monkeypatch):
