@@ -28,8 +28,8 @@ def take_precedence(priority: int) -> bool:
 
 
 def give_way() -> None:
-    """Run again as every other process."""
-    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    """Run again as every other process; that children do, too, only who has CAP_SYS_NICE may take back (sched(7))."""
+    os.sched_setscheduler(0, os.SCHED_OTHER | os.SCHED_RESET_ON_FORK, os.sched_param(0))
 
 
 def freeze_memory() -> None:

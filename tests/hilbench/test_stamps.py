@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.bench import LOCAL_PORT_S, Bench
-from hilbench.bench.stamps import ByteStamps, PortStamps
+from hilbench.bench.stamps import Arrival, ByteStamps, PortStamps
 from hilbench.clock import NS_PER_MS, NS_PER_S, Scheduler, precedence
 from hilbench.clock.stamping import HEAD, stamp
 from hilbench.errors import UnavailableError
@@ -236,6 +236,21 @@ class TestSpans:
         first, second = (got.start_ns for got in rig.peer.frames())
         assert rig.bench.span(first, second, unprompted=True) == pytest.approx((0.1, 0.0027))
 
+    def test_of_two_ports_the_later_one_may_tell_first(self, rig):
+        """In a stall the bytes of both have one bench time, and each port is read when its turn comes."""
+        for after_ns, by_ns in ((5, 9), (2, 7)):
+            rig.stamps.came(100 * MS, Stamped(b"x", after_ns, by_ns))
+        assert rig.bench.stamps.arrival(100 * MS) == Arrival(2, 9, None)
+
+    def test_what_had_to_wait_behind_other_bytes_left_late(self, rig):
+        rig.bench.scheduler.at(100 * MS, lambda: rig.peer.write(bytes(1 << 17)))  # more than the system takes
+        rig.bench.scheduler.at(200 * MS, lambda: rig.peer.write(b"x"))
+        rig.bench.scheduler.at(300 * MS, lambda: [os.read(rig.master, 4096) for _ in range(2)])
+        rig.comes(FRAME, 400)
+        rig.bench.run_for(0.5)
+        (got,) = rig.peer.frames()
+        assert rig.bench.span(200 * MS, got.start_ns).doubt_s >= 0.1
+
     def test_what_has_no_stamp_is_as_uncertain_as_ever(self, rig):
         rig.bench.run_for(0.1)
         assert rig.bench.span(10 * MS, 50 * MS, unprompted=True) == (0.04, rig.bench.uncertainty_s(10 * MS))
@@ -358,6 +373,13 @@ class TestPrecedence:
         (_, how, bench), (_, _, reader) = asked
         assert how == os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
         assert bench.sched_priority < reader.sched_priority
+
+    def test_who_may_not_take_back_that_children_are_as_others_gives_way_all_the_same(self, monkeypatch):
+        """Linux refuses whoever has no CAP_SYS_NICE to give SCHED_RESET_ON_FORK back (sched(7))."""
+        asked = []
+        monkeypatch.setattr(os, "sched_setscheduler", lambda _process, how, _priority: asked.append(how))
+        precedence.give_way()
+        assert asked == [os.SCHED_OTHER | os.SCHED_RESET_ON_FORK]
 
     def test_the_process_of_a_test_is_not_the_command_s(self):
         assert not own_process.is_ours()
