@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import resource
 import select
+import signal
 import socket
 from contextlib import closing, suppress
 
@@ -349,6 +351,13 @@ class TestStamping:
 
 
 class TestPrecedence:
+    @pytest.fixture(autouse=True)
+    def _limits_of_this_process(self):
+        before, limits = signal.getsignal(signal.SIGXCPU), resource.getrlimit(resource.RLIMIT_RTTIME)
+        yield
+        signal.signal(signal.SIGXCPU, before)
+        resource.setrlimit(resource.RLIMIT_RTTIME, limits)
+
     def test_who_may_not_is_run_as_any_other(self, monkeypatch):
         def refuse(*_):
             raise PermissionError
@@ -373,6 +382,18 @@ class TestPrecedence:
         (_, how, bench), (_, _, reader) = asked
         assert how == os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
         assert bench.sched_priority < reader.sched_priority
+
+    def test_who_computes_without_end_gives_way(self, monkeypatch):
+        """An endless loop in somebody's suite keeps no processor from the others."""
+        asked, limits = [], []
+        monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+        monkeypatch.setattr(os, "sched_setscheduler", lambda _process, how, _priority: asked.append(how))
+        monkeypatch.setattr(resource, "setrlimit", lambda *words: limits.append(words))
+        assert precedence.take_precedence(precedence.OF_A_BENCH)
+        ((which, (most_us, _)),) = limits
+        assert (which, most_us) == (resource.RLIMIT_RTTIME, 1_000_000)
+        os.kill(os.getpid(), signal.SIGXCPU)
+        assert asked[1] & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER
 
     def test_who_may_not_take_back_that_children_are_as_others_gives_way_all_the_same(self, monkeypatch):
         """Linux refuses whoever has no CAP_SYS_NICE to give SCHED_RESET_ON_FORK back (sched(7))."""
