@@ -405,7 +405,7 @@ class SerialPort(PortBase):
                 when_ns = max(self._came_ns, self._scheduler.now_ns)
                 self._in_order(when_ns, partial(self._deliver, read.data, self._came_ns))
         except OSError:
-            self._gone(at_ns)
+            self._gone(max(self._came_ns, at_ns))  # what has come meanwhile is heard before
 
     def _gone(self, at_ns: int) -> None:
         self._scheduler.remove_source(self._input)

@@ -153,6 +153,22 @@ class TestReadLate:
         assert clear
         assert measure.margin < 0
 
+    def test_bytes_that_come_while_the_checker_reads_are_heard_before_the_port_hangs_up(self, rig):
+        def take():
+            if heard:
+                raise OSError
+            rig.host.advance(MS)  # the reader has more, and the end, before the checker has taken all
+            heard.append(by_ns := rig.host.monotonic_ns())
+            return Stamped(FRAME, by_ns - MS, by_ns)
+
+        heard = []
+        rig.reader.take = take
+        rig.host.arrive(rig.begin_ns + 10 * MS, rig.port._input)
+        rig.port.on_line = lambda *_: rig.port.close()  # as a port does that may come back
+        rig.bench.run_for(0.1)
+        assert rig.port.closed
+        assert len(rig.peer.frames()) == 1
+
     def test_without_stamps_how_late_the_checker_was_counts(self):
         with closing(Rig(stamped=False)) as rig:
             rig.busy(185, 30)
