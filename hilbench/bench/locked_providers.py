@@ -112,6 +112,7 @@ class LockedProvider:
         return Beside(operator, self._bench, case) if case.by_hand else None
 
     def _lock(self) -> None:
+        """Follow the host's clock, once a port is open: how long that takes is no lateness."""
         if not self._locked:
             if own_process.is_ours():
                 freeze_memory()
@@ -242,9 +243,9 @@ class AttachedProviderBase(LockedProvider, ABC, Generic[PeerT, CaseT]):
             self._opened()
 
     def _opened(self) -> PeerT:
-        self._lock()
         if self._peer is None:
             self._peer = self._make_peer(self._open_port())
+            self._lock()
             run_hook(self._bench, self._peer.port, "boot", self._shared.bench_file.port.boot)
         return self._peer
 

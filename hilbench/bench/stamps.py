@@ -73,7 +73,7 @@ class ByteStamps:
         """
         before = self._arrivals.get(at_ns)
         if before is not None:
-            came = Arrival(min(came.after_ns, before.after_ns), came.by_ns, None)
+            came = Arrival(min(came.after_ns, before.after_ns), max(came.by_ns, before.by_ns), None)
         self._arrivals[at_ns] = came
         if len(self._arrivals) > _KEPT:
             del self._arrivals[next(iter(self._arrivals))]

@@ -106,7 +106,7 @@ class SerialPort(PortBase):
         if self._stamps is not None and self._descriptor is not None:
             with contextlib.suppress(OSError):
                 self._stamper = self._stamps.open(self._descriptor)
-        self._came_ns = self._asked_ns = 0
+        self._came_ns = self._asked_ns = self._asked_last_ns = 0
         self._input = Input(descriptor=(self._stamper or self._stream or self._serial).fileno(), read=self._read)
         self._errors = self._count_errors()
         self._watches_lines = watch_lines
@@ -153,6 +153,7 @@ class SerialPort(PortBase):
             return
         if self._out.idle:
             self._asked_ns = self._scheduler.now_ns
+        self._asked_last_ns = self._scheduler.now_ns
         self._out.add(data)
         self._go_on()
 
@@ -327,7 +328,8 @@ class SerialPort(PortBase):
         if self._stamps is not None:
             scheduler, asked_ns = self._scheduler, self._asked_ns
             stood_ns = scheduler.slipped_since_ns(asked_ns)
-            self._stamps.left(asked_ns, scheduler.now_ns + scheduler.behind_ns + stood_ns - asked_ns)
+            # Bytes of several writes may have waited: the last one counts as late as the first.
+            self._stamps.left(self._asked_last_ns, scheduler.now_ns + scheduler.behind_ns + stood_ns - asked_ns)
         if self._has_wire:
             self._out_by_ns = max(self._out_by_ns, self._scheduler.now_ns) + self._line_now.bytes_ns(taken)
         return taken
@@ -403,7 +405,7 @@ class SerialPort(PortBase):
                 when_ns = max(self._came_ns, self._scheduler.now_ns)
                 self._in_order(when_ns, partial(self._deliver, read.data, self._came_ns))
         except OSError:
-            self._gone(at_ns)
+            self._gone(max(self._came_ns, at_ns))  # what has come meanwhile is heard before
 
     def _gone(self, at_ns: int) -> None:
         self._scheduler.remove_source(self._input)

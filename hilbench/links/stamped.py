@@ -5,6 +5,7 @@ See `hilbench.clock.stamping`.
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import subprocess
 import sys
@@ -40,7 +41,7 @@ class Stamper(Protocol):
 
     @property
     def runs_first(self) -> bool:
-        """Whether the system runs it before others, as far as that is known yet."""
+        """Whether the system runs it before others."""
 
     def take(self) -> Stamped | None:
         """Return the next bytes, None if there are none; raises OSError when the port has hung up."""
@@ -63,13 +64,14 @@ class Stamps(Protocol):
 
 
 class StampingProcess:
-    """A process that reads a port.
+    """A process that reads a port; it has begun to when this is made: an answer must not wait for its start.
 
     Args:
         descriptor: of the port, which does not block.
 
     Raises:
         OSError: it cannot be started.
+        UnavailableError: it has ended before it began to read.
     """
 
     def __init__(self, descriptor: int) -> None:
@@ -83,12 +85,18 @@ class StampingProcess:
                 pass_fds=[descriptor, theirs.fileno()],
                 process_group=0,
             )
+        with contextlib.ExitStack() as undo:
+            undo.callback(self.close)
+            said = self._ours.recv(1)
+            if not said:
+                raise UnavailableError("the process that is to read the port has not begun", hint="see its error above")
+            undo.pop_all()
+        self._runs_first = said == RUNS_FIRST
         self._ours.setblocking(False)
-        self._begun = self._runs_first = False
 
     @property
     def runs_first(self) -> bool:
-        """Whether the system runs it before others, as far as it has said so yet."""
+        """Whether the system runs it before others."""
         return self._runs_first
 
     def fileno(self) -> int:
@@ -100,16 +108,10 @@ class StampingProcess:
 
         Raises:
             OSError: the port has hung up.
-            UnavailableError: the process has ended before it began to read.
         """
         try:
             record = self._ours.recv(HEAD.size + CHUNK_BYTES)
         except BlockingIOError:
-            return None
-        if not self._begun:
-            if not record:
-                raise UnavailableError("the process that is to read the port has not begun", hint="see its error above")
-            self._begun, self._runs_first = True, record == RUNS_FIRST
             return None
         if len(record) <= HEAD.size:
             raise OSError("readable without a byte: the other end is gone")

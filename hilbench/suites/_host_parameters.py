@@ -13,6 +13,8 @@ __all__ = ["turned_round", "wrong_parameters"]
 _NUMBERS = {3: 2, 4: 2, 5: 3}
 """How many floats stand behind these opcodes."""
 _THROTTLE = 3
+_ROUNDED = 1e-6
+"""What adds up to full throttle in single precision may be more by some of its steps of 1.2e-7. A choice."""
 _LEAST = 1e-3
 """Nobody drives with less, of full throttle or in turns per minute. A choice."""
 
@@ -27,7 +29,7 @@ def wrong_parameters(payload: bytes) -> str:
     numbers = _read(payload, "<")
     if not all(map(math.isfinite, numbers)):
         return f"0x{opcode:02X} has a parameter that is no finite number"
-    if opcode == _THROTTLE and max(map(abs, numbers)) > 1:
+    if opcode == _THROTTLE and max(map(abs, numbers)) > 1 + _ROUNDED:
         return f"0x{opcode:02X} has throttles of {_words(numbers)}, required -1 to 1"
     return ""
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import resource
 import select
+import signal
 import socket
 from contextlib import closing, suppress
 
@@ -12,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hilbench.bench import LOCAL_PORT_S, Bench
-from hilbench.bench.stamps import ByteStamps, PortStamps
+from hilbench.bench.stamps import Arrival, ByteStamps, PortStamps
 from hilbench.clock import NS_PER_MS, NS_PER_S, Scheduler, precedence
 from hilbench.clock.stamping import HEAD, stamp
 from hilbench.errors import UnavailableError
@@ -151,6 +153,22 @@ class TestReadLate:
         assert clear
         assert measure.margin < 0
 
+    def test_bytes_that_come_while_the_checker_reads_are_heard_before_the_port_hangs_up(self, rig):
+        def take():
+            if heard:
+                raise OSError
+            rig.host.advance(MS)  # the reader has more, and the end, before the checker has taken all
+            heard.append(by_ns := rig.host.monotonic_ns())
+            return Stamped(FRAME, by_ns - MS, by_ns)
+
+        heard = []
+        rig.reader.take = take
+        rig.host.arrive(rig.begin_ns + 10 * MS, rig.port._input)
+        rig.port.on_line = lambda *_: rig.port.close()  # as a port does that may come back
+        rig.bench.run_for(0.1)
+        assert rig.port.closed
+        assert len(rig.peer.frames()) == 1
+
     def test_without_stamps_how_late_the_checker_was_counts(self):
         with closing(Rig(stamped=False)) as rig:
             rig.busy(185, 30)
@@ -236,6 +254,21 @@ class TestSpans:
         first, second = (got.start_ns for got in rig.peer.frames())
         assert rig.bench.span(first, second, unprompted=True) == pytest.approx((0.1, 0.0027))
 
+    def test_of_two_ports_the_later_one_may_tell_first(self, rig):
+        """In a stall the bytes of both have one bench time, and each port is read when its turn comes."""
+        for after_ns, by_ns in ((5, 9), (2, 7)):
+            rig.stamps.came(100 * MS, Stamped(b"x", after_ns, by_ns))
+        assert rig.bench.stamps.arrival(100 * MS) == Arrival(2, 9, None)
+
+    def test_what_had_to_wait_behind_other_bytes_left_late(self, rig):
+        rig.bench.scheduler.at(100 * MS, lambda: rig.peer.write(bytes(1 << 17)))  # more than the system takes
+        rig.bench.scheduler.at(200 * MS, lambda: rig.peer.write(b"x"))
+        rig.bench.scheduler.at(300 * MS, lambda: [os.read(rig.master, 4096) for _ in range(2)])
+        rig.comes(FRAME, 400)
+        rig.bench.run_for(0.5)
+        (got,) = rig.peer.frames()
+        assert rig.bench.span(200 * MS, got.start_ns).doubt_s >= 0.1
+
     def test_what_has_no_stamp_is_as_uncertain_as_ever(self, rig):
         rig.bench.run_for(0.1)
         assert rig.bench.span(10 * MS, 50 * MS, unprompted=True) == (0.04, rig.bench.uncertainty_s(10 * MS))
@@ -305,22 +338,19 @@ class TestStamping:
             while got != b"hello\n":
                 select.select((reader,), (), (), 60)
                 read = reader.take()
-                if read is not None:
-                    assert read.after_ns < read.by_ns
-                    got += read.data
+                assert read is not None, "a target was asked before the process had begun to read"
+                assert read.after_ns < read.by_ns
+                got += read.data
             os.close(master)
+            select.select((reader,), (), (), 60)
             with pytest.raises(OSError, match="gone"):
-                while True:
-                    select.select((reader,), (), (), 60)
-                    reader.take()
+                reader.take()
         os.close(slave)
 
     def test_one_that_does_not_begin_is_no_hung_up_port(self, rig, monkeypatch):
         monkeypatch.setattr("sys.executable", "true")
-        with closing(StampingProcess(rig.slave)) as reader:
-            select.select((reader,), (), (), 60)
-            with pytest.raises(UnavailableError, match="has not begun"):
-                reader.take()
+        with pytest.raises(UnavailableError, match="has not begun"):
+            StampingProcess(rig.slave)
 
     def test_where_none_can_be_started_the_bench_reads_by_itself(self, rig):
         def refuse(_descriptor):
@@ -334,6 +364,13 @@ class TestStamping:
 
 
 class TestPrecedence:
+    @pytest.fixture(autouse=True)
+    def _limits_of_this_process(self):
+        before, limits = signal.getsignal(signal.SIGXCPU), resource.getrlimit(resource.RLIMIT_RTTIME)
+        yield
+        signal.signal(signal.SIGXCPU, before)
+        resource.setrlimit(resource.RLIMIT_RTTIME, limits)
+
     def test_who_may_not_is_run_as_any_other(self, monkeypatch):
         def refuse(*_):
             raise PermissionError
@@ -358,6 +395,25 @@ class TestPrecedence:
         (_, how, bench), (_, _, reader) = asked
         assert how == os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
         assert bench.sched_priority < reader.sched_priority
+
+    def test_who_computes_without_end_gives_way(self, monkeypatch):
+        """An endless loop in somebody's suite keeps no processor from the others."""
+        asked, limits = [], []
+        monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+        monkeypatch.setattr(os, "sched_setscheduler", lambda _process, how, _priority: asked.append(how))
+        monkeypatch.setattr(resource, "setrlimit", lambda *words: limits.append(words))
+        assert precedence.take_precedence(precedence.OF_A_BENCH)
+        ((which, (most_us, _)),) = limits
+        assert (which, most_us) == (resource.RLIMIT_RTTIME, 1_000_000)
+        os.kill(os.getpid(), signal.SIGXCPU)
+        assert asked[1] & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER
+
+    def test_who_may_not_take_back_that_children_are_as_others_gives_way_all_the_same(self, monkeypatch):
+        """Linux refuses whoever has no CAP_SYS_NICE to give SCHED_RESET_ON_FORK back (sched(7))."""
+        asked = []
+        monkeypatch.setattr(os, "sched_setscheduler", lambda _process, how, _priority: asked.append(how))
+        precedence.give_way()
+        assert asked == [os.SCHED_OTHER | os.SCHED_RESET_ON_FORK]
 
     def test_the_process_of_a_test_is_not_the_command_s(self):
         assert not own_process.is_ours()

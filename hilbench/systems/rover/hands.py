@@ -354,7 +354,7 @@ class OperatorHands:
 
     def stands_at(self, position: Position) -> bool:
         """See `RoverHands`; by a map."""
-        return self._beside.ask("position", f"{position.latitude_deg:.3f}", f"{position.longitude_deg:.3f}") == "yes"
+        return self._beside.ask("position", f"{position.latitude_deg:.5f}", f"{position.longitude_deg:.5f}") == "yes"
 
     def face_north(self) -> None:
         """See `RoverHands`."""

@@ -255,11 +255,11 @@ class AttachedVehicleProvider(LockedProvider):
             self._opened()
 
     def _opened(self) -> tuple[SimulatorPeer, StackPeer]:
-        self._lock()
         if self._peers is None:
             to_simulator, to_stack = (self._open_serial(serial) for serial in self._serial)
             settings = self._shared.bench_file.settings_of(MicroRosSettings)
             self._peers = SimulatorPeer(self._bench, to_simulator), stack_peer(self._bench, to_stack, settings)
+            self._lock()
             run_hook(self._bench, to_simulator, "boot", self._shared.bench_file.port.boot)
         return self._peers
 

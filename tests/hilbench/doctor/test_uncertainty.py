@@ -136,7 +136,7 @@ def test_a_check_of_the_command_itself_runs_before_others_and_has_ports_read_by_
     monkeypatch.setattr(here + "freeze_memory", lambda: happened.append("freeze"))
     monkeypatch.setattr(here + "take_precedence", lambda _: happened.append("first") or True)
     monkeypatch.setattr(here + "give_way", lambda: happened.append("as others"))
-    monkeypatch.setattr(here + "StampingProcess", Reader)
+    monkeypatch.setattr(here + "StampingProcess", lambda port: happened.append("reads") or Reader(port))
     provider = make_provider(CheckOptions(targets=(TargetChoice(spec=f"serial:{os.ttyname(slave)}"),)))
     with closing(provider):
         with provider.open_case(CaseInfo(id="x", clause_ids=(), seed=0)) as bench:
@@ -144,7 +144,7 @@ def test_a_check_of_the_command_itself_runs_before_others_and_has_ports_read_by_
         assert provider._bench.adapter_s == 0
         said = provider.describe()["stamps"]
         assert said == "by a process for each port, which Linux runs as any other (no SCHED_FIFO)"
-    assert happened == ["freeze", "first", "as others"]
+    assert happened == ["reads", "freeze", "first", "as others"]  # a start that is waited for is no lateness
     os.close(master)
     os.close(slave)
 

@@ -14,6 +14,7 @@ from hilbench.benchfile.reader import open_bench
 from hilbench.check import CheckOptions, Verdict, run_suites
 from hilbench.check.report import matrix
 from hilbench.journal import Journal
+from hilbench.systems.rover.hands import OperatorHands
 from hilbench.systems.rover.system import ROVER
 from hilbench.systems.vehicle.system import VEHICLE
 from measure.mutants import rover as rovers
@@ -21,6 +22,7 @@ from measure.mutants.beside import BesideRover, BesideVehicle
 from measure.mutants.in_bench_time import ForeignRoverInBenchTime, ForeignVehicleInBenchTime
 from measure.mutants.vehicle.tables import all_mutants as all_vehicles
 from protocols.carla.clauses import BOARD_CLAUSES as VEHICLE_CLAUSES
+from protocols.pkt import Position
 from protocols.pkt.clauses import BOARD_CLAUSES as ROVER_CLAUSES
 from targets.robots.rover import RoverRobot, RoverSettings
 from targets.robots.vehicle_interface import VehicleInterface, VehicleSettings
@@ -53,6 +55,18 @@ def right_rover():
 
 def right_vehicle():
     return VehicleInterface(VehicleSettings())
+
+
+def test_a_place_is_asked_for_to_the_metre():
+    """A thousandth of a degree moves it by up to 55 m: half of what is allowed."""
+
+    class Asked:
+        def ask(self, *words):
+            self.words = words
+            return "yes"
+
+    assert OperatorHands(asked := Asked()).stands_at(Position(latitude_deg=-34.61749, longitude_deg=-58.36851))
+    assert asked.words == ("position", "-34.61749", "-58.36851")
 
 
 OF_THE_ROVER = {one.id for one in ROVER_CLAUSES if one.by_hand and "documented" in one.profiles}

@@ -221,6 +221,7 @@ def of_parameters(opcode, layout, *values, rest=b""):
         (of_parameters(3, "<ffB", 0.5, -0.25, 3), True),
         (of_parameters(4, "<ffB", 200.0, -0.5, 3), True),
         (of_parameters(3, "<ffB", 1e-40, 0.0, 3), True),
+        (of_parameters(3, "<ffB", 1.0000001, -1.0000002, 3), True),  # tenths, added in single precision
         (of_parameters(3, ">ffB", 0.5, -0.25, 3), False),
         (of_parameters(4, ">ffB", 60.0, 30.0, 3), False),
         (of_parameters(3, "<ffB", 1.5, -0.25, 3), False),
